@@ -75,7 +75,7 @@ class BackEnd(ABC):
         """Raise MemoryError if so many fields of so many points do not fit on the device."""
 
     @abstractmethod
-    def engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> Engine:
+    def engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> SmoothEngine:
         """The arrays of a grid, on which the sweeps go; a coarser grid's may use memory of the finer one's.
 
         K in E*/a0, shape ``grid.shape_q``, is not changed; the modes of ``below``, the next coarser grid if there is
@@ -192,6 +192,19 @@ class Engine(Protocol):
         """½ <u K u> of u = offset - gap without its mean; in the memory of two arrays that are not in use."""
 
 
+class SmoothEngine(Engine, Protocol):
+    """What the smooth solver asks for beyond :class:`Engine`."""
+
+    def has_tiles(self, engine: Any, z: Array, law: Law) -> bool:
+        """Whether tiles near a wall pay, by a gap of this or the next coarser engine."""
+
+    def near_wall(self, f: Array, z: Array, law: Law) -> Any:
+        """A :class:`WallTileEngine` of the tiles where f is, or z in reach; None where that does not pay."""
+
+    def forget_tiles(self) -> None:
+        """Give the memory of tiles back that is kept from one to the next."""
+
+
 class LinearEngine(Engine, Protocol):
     """What linear problems of coarser grids ask for beyond :class:`Engine`."""
 
@@ -291,6 +304,39 @@ class TileEngine(BoundEngine, Protocol):
 
         Returns by how much the energy rises, summed over the points.  Given are p, z, offset, t, new and out.
         """
+
+
+class WallTileEngine(Engine, Protocol):
+    """What the smooth solver asks for on tiles, beside a model of the response, G.  Fields are arrays of NumPy."""
+
+    shape: tuple[int, int]
+    """Of a field."""
+    answer: Array
+    """Memory of a field in single precision."""
+
+    def field(self) -> Real:
+        """A field of zeros."""
+
+    def gather(self, whole: Array) -> Real:
+        """The tiles of a field of the whole grid."""
+
+    def scatter(self, values: Real, whole: Array) -> None:
+        """The tiles back into a field of the whole grid."""
+
+    def comply_with(self, values: Real, out: Array) -> Array:
+        """Set out <- G times values, and return it."""
+
+    def relent(self, missing: Real, stiffness: Array, out: Real) -> None:
+        """Set out to about (1 + φ'' G)^-1 missing, φ'' being the stiffness."""
+
+    def advance(self, step: float, law: Law, **given: Array) -> tuple[float, float]:
+        """Set f <- f + step t and z <- z + step w, missing <- f - p(z), and the stiffness.
+
+        Returns the sums of missing² and of the energy of the wall.  Given are these six.
+        """
+
+    def along(self, step: float, law: Law, **given: Array) -> tuple[float, float]:
+        """Slope and curvature of the energy after such a step, summed.  Given are f, z, t and w."""
 
 
 SPACING = 8

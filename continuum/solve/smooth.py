@@ -17,6 +17,9 @@ snapping, which make M g slow, are resolved there at a fraction of the cost.  Th
 search and gradient are those of the fine grid.  Where a rim snaps, from one row of points to the next, that does not
 help either: a solve that stalls goes down in small boxes there (:mod:`continuum.solve.boxes`), and on from that state.
 
+On large grids with little contact all of this is what remains where tiles near the wall do not lead to the end
+(:mod:`continuum.solve.corrections`): these need three pairs of the whole grid.
+
 No contact mechanics here: K, the offset and a law of the gap are all that it knows.  No field either: those belong to
 the grids, whose operations (:class:`continuum.solve.smooth_grid.SmoothGrid`) return scalars.
 """
@@ -32,8 +35,9 @@ import numpy as np
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.solve.conjugate import Line, conjugate_line
+from continuum.solve.corrections import correct_coarser, correct_start
 from continuum.solve.smooth_grid import LinearGrid, SmoothGrid
-from continuum.solve.solution import Closer, Iteration, Settings, Solution, Status
+from continuum.solve.solution import Closer, Goal, Iteration, Settings, Solution, Status
 
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
 """Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for; measured optimum."""
@@ -80,8 +84,8 @@ def minimise(
     if closer is not None and history[-1].residual <= closer.tolerance:
         tolerance = closer.tolerance
 
-    # The gradient afresh, from z alone: g has gathered rounding errors on the way.
-    residual = grid.residual()
+    # The gradient afresh, from z alone: g has gathered rounding errors on the way; corrections have none.
+    residual = grid.residual() if grid.stiffness is not None else history[-1].residual
     if status is Status.CONVERGED and not residual <= 2 * tolerance:
         status = Status.LINE_SEARCH
     # Near the end of its range the energy of a law is the difference of far larger numbers: by their rounding the last
@@ -113,21 +117,31 @@ def _solve(
         settings = replace(settings, tolerance=closer.tolerance)
     if depth:
         tolerance, iterations = tolerance * COARSE_TOLERANCES[depth - 1], min(iterations, COARSE_LIMIT)
+    goal = Goal(tolerance, closer)
     coarse = grid.coarser if depth < (settings.warm_grids if started else len(COARSE_TOLERANCES)) else None
     if started:
         grid.go_to_start()
-        status = _descend(grid, levels, settings.shift, tolerance, 0 if coarse else iterations, history, closer)
-        if coarse is None or status is not Status.ITERATION_LIMIT:
+        tiled = grid.has_tiles()
+        status = _descend(grid, levels, settings.shift, goal, 0 if coarse or tiled else iterations, history)
+        if not (coarse or tiled) or status is not Status.ITERATION_LIMIT:
             return status
-        if history.pop().residual <= CLOSE * (settings.tolerance if depth == 0 else tolerance):
-            return _descend(grid, levels, settings.shift, tolerance, iterations, history, closer, complete=True)
+        residual = history.pop().residual
+        if coarse is None or residual <= CLOSE * (settings.tolerance if depth == 0 else tolerance):
+            corrected = correct_start(grid, goal, history, iterations) if tiled else None
+            if corrected:
+                return Status.CONVERGED
+            return _descend(grid, levels, settings.shift, goal, iterations, history, complete=corrected is None)
     if coarse is None:
         grid.go_to_zero()
     else:
         grid.set_coarser_problem(started=started)
         _solve(coarse, levels, settings, depth + 1, [], started=started)
-        grid.go_to_coarser()
-    return _descend(grid, levels, settings.shift, tolerance, iterations, history, closer)
+        corrected = correct_coarser(grid, goal, history, iterations) if grid.has_tiles(below=True) else None
+        if corrected:
+            return Status.CONVERGED
+        if corrected is None:
+            grid.go_to_coarser()
+    return _descend(grid, levels, settings.shift, goal, iterations, history)
 
 
 def _stalls(history: list[Iteration], iterations: int) -> bool:
@@ -166,10 +180,9 @@ def _descend(
     grid: SmoothGrid,
     levels: int,
     shift: float,
-    bound: float,
+    goal: Goal,
     iterations: int,
     history: list[Iteration],
-    closer: Closer | None = None,
     *,
     complete: bool = False,
 ) -> Status:
@@ -177,7 +190,6 @@ def _descend(
     coarse = grid.linear is not None and levels > 1
     line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
     energy, moved = 0.0, len(history)
-    loose, finer = bound, False
     for iteration in range(iterations + 1):
         known = complete and iteration == 0
         sums = grid.gradient(shift, step.length, line.beta, coarse=coarse, complete=known)
@@ -186,18 +198,13 @@ def _descend(
         if not np.isfinite(residual):
             grid.clear()
             return Status.NON_FINITE
-        if finer and residual > loose:
-            # It has snapped into another state, which has to be worth it, too.
-            bound, finer = loose, False
-        if residual <= bound:
-            if finer or closer is None or residual <= closer.tolerance or not closer.worth(grid.look()):
-                return Status.CONVERGED
-            bound, finer = closer.tolerance, True
+        if goal.reached(residual, grid.look):
+            return Status.CONVERGED
         if iteration == iterations:
             return Status.ITERATION_LIMIT
         if grid.boxes is not None and _stalls(history, len(history) - 1 - moved):
             moved = len(history) - 1
-            energy += _relax_boxes(grid, shift, bound)
+            energy += _relax_boxes(grid, shift, goal.bound)
             line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
             continue
         conjugate = True

@@ -11,7 +11,7 @@ import numpy as np
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import Array, BackEnd, Engine, LinearEngine, reused
+from continuum.solve.backend import Array, BackEnd, Engine, LinearEngine, SmoothEngine, reused
 from continuum.solve.boxes import Boxes
 from continuum.solve.solution import Solution, Work
 
@@ -161,7 +161,7 @@ class SmoothGrid(_Descending):
     ) -> None:
         self.grid, self.size, self._sampled = grid, grid.size, sampled
         below = grid.coarser if coarser > 0 and grid.narrowest > back_end.SMALLEST else None
-        self.engine: Engine = back_end.engine(grid, stiffness_q, threads, below, finer.engine if finer else None)
+        self.engine: SmoothEngine = back_end.engine(grid, stiffness_q, threads, below, finer.engine if finer else None)
         engine = self.engine
         self.g, self.d = engine.spectrum(), engine.spectrum()
         if engine.KEEPS_FIELDS:
@@ -187,7 +187,8 @@ class SmoothGrid(_Descending):
     def work(self) -> list[Work]:
         """What was done for the problem at hand on this grid, on coarser ones, linear problems too, and in boxes."""
         linear = self.linear.chain if self.linear else []
-        grids = [self.engine.work, *(_sum(one, other) for one, other in zip(self.chain[1:], linear, strict=True))]
+        pairs = zip(self.chain[1:], linear, strict=True)
+        grids = [self.engine.work, *(one.engine.work.plus(other.engine.work) for one, other in pairs)]
         return grids + [Work(g.boxes.grid.shape, g.box_pairs, 0, 0.0) for g in self.chain if g.boxes is not None]
 
     def set_problem(
@@ -219,7 +220,7 @@ class SmoothGrid(_Descending):
         self.engine.fill(self.d, 0.0)
         self.engine.fill(self.direction, 0.0)
 
-    def _release(self) -> None:
+    def release(self) -> None:
         """Give the memory of the fields back, where it is not kept."""
         if not self.engine.KEEPS_FIELDS:
             self.z = self.direction = self.traction = self.stiffness = self.offset = None
@@ -288,7 +289,7 @@ class SmoothGrid(_Descending):
         self._elastic()
         self.engine.spectral(inverse=True)
         self.engine.out_of("lay", z=self.z, offset=self.offset, lift=self.lift)
-        below._release()
+        below.release()
         self._press()
 
     def _displace(self) -> float:
@@ -377,6 +378,11 @@ class SmoothGrid(_Descending):
         self._press()
         return float(np.sqrt(self.engine.spectral("add_square", forward=True, g=self.g)[0]))
 
+    def has_tiles(self, *, below: bool = False) -> bool:
+        """Whether tiles near the wall pay, by the gap at hand or by that of the coarser grid."""
+        known = self._below if below else self
+        return self.engine.has_tiles(known.engine, known.z, self.law)
+
     def look(self) -> Real:
         """The gap z so far, shape ``grid.shape``, in a0: neither to be changed nor to be kept."""
         return self.engine.download(self.z)
@@ -385,15 +391,9 @@ class SmoothGrid(_Descending):
         """Hand z out as an array of the host that nobody else uses, shape ``grid.shape``, in a0."""
         gap = self.engine.download(self.z)
         # Who looks at the gap has the memory of the fields meanwhile; spectra are what is left.
-        self._release()
+        self.release()
         return gap
 
     def elastic_energy(self, offset: Real, gap: Real) -> float:
         """½ <u K u> of u = offset - gap without its mean, in E* a0, between two problems."""
         return self.engine.elastic_energy(offset, gap, self.g, self.d)
-
-
-def _sum(one: SmoothGrid, other: LinearGrid) -> Work:
-    """The work of both kinds on one grid."""
-    a, b = one.engine.work, other.engine.work
-    return Work(a.shape, a.fft_pairs + b.fft_pairs, a.sweeps + b.sweeps, a.fft_seconds + b.fft_seconds)

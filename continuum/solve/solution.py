@@ -32,6 +32,11 @@ class Work(NamedTuple):
     fft_seconds: float
     """Time in transforms, of all threads divided by their number."""
 
+    def plus(self, other: Work) -> Work:
+        """The work of both, on the same grid."""
+        pairs, sweeps = self.fft_pairs + other.fft_pairs, self.sweeps + other.sweeps
+        return Work(self.shape, pairs, sweeps, self.fft_seconds + other.fft_seconds)
+
 
 class Status(enum.Enum):
     """How a solve ended.  Each failure names its usual cause and what helps."""
@@ -93,6 +98,29 @@ class Closer(NamedTuple):
     """In E*."""
     worth: Callable[[Real], bool]
     """Whether to go on, from the gap so far, which is not to be changed or kept."""
+
+
+@dataclass
+class Goal:
+    """The residual at which a solve ends: that asked for or, once there, a finer one if the gap is worth it."""
+
+    bound: float
+    closer: Closer | None = None
+    _loose: float = 0.0
+    """The bound before it became finer, else 0."""
+
+    def reached(self, residual: float, look: Callable[[], Real]) -> bool:
+        """Whether a state is the one that is sought; ``look`` shows its gap."""
+        if self._loose and residual > self._loose:
+            # It has snapped into another state, which has to be worth it, too.
+            self.bound, self._loose = self._loose, 0.0
+        if not residual <= self.bound:
+            return False
+        closer = self.closer
+        if self._loose or closer is None or residual <= closer.tolerance or not closer.worth(look()):
+            return True
+        self._loose, self.bound = self.bound, closer.tolerance
+        return False
 
 
 class Iteration(NamedTuple):

@@ -8,8 +8,8 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.solve.backend import BackEnd
 from continuum.solve.cpu.bound import CpuBoundEngine
-from continuum.solve.cpu.engine import CpuEngine
 from continuum.solve.cpu.linear import CpuLinearEngine
+from continuum.solve.cpu.tiles import TiledEngine
 
 
 class CpuBackEnd(BackEnd):
@@ -20,8 +20,8 @@ class CpuBackEnd(BackEnd):
     SMALLEST = 128
     """On smaller grids calls, not points, would take the time."""
 
-    def engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> CpuEngine:
-        return CpuEngine(grid, np.array(K, order="C"), threads, below)
+    def engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> TiledEngine:
+        return TiledEngine(grid, np.array(K, order="C"), threads, below)
 
     def linear_engine(self, grid: Grid, K: Real, threads: int, below: Any, finer: Any) -> CpuLinearEngine:
         return CpuLinearEngine(grid, np.array(K, dtype=self.PRECISION, order="C"), threads, below)

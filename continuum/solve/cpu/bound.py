@@ -13,14 +13,12 @@ from continuum.model.fourier import Real, rows_forward, rows_inverse
 from continuum.model.grid import Grid
 from continuum.solve.backend import SPREAD, most_work
 from continuum.solve.cpu.compiled import TILE, Marks, Mask
-from continuum.solve.cpu.engine import CpuEngine
 from continuum.solve.cpu.extending import Nodes
 from continuum.solve.cpu.near_field import SIDE
-from continuum.solve.cpu.tiles import BOX, MOST, SMALLEST, CpuTileEngine, Split
-from continuum.solve.solution import Work
+from continuum.solve.cpu.tiles import MOST, CpuTileEngine, TiledEngine
 
 
-class CpuBoundEngine(CpuEngine):
+class CpuBoundEngine(TiledEngine):
     """What :class:`continuum.solve.backend.BoundEngine` asks for.
 
     A field that is transformed lies in the array ``out`` of its kernel.  Pressures, and all that vanishes off the
@@ -174,17 +172,8 @@ class CpuBoundEngine(CpuEngine):
 
     # --- tiles ---------------------------------------------------------------------------------------------
 
-    @cached_property
-    def split(self) -> Split | None:
-        """The response as tiles have it; None on a grid that has none."""
-        half = self.grid.coarser
-        coarse = half.coarser if half is not None else None
-        if coarse is None or min(self.grid.shape) < SMALLEST or any(n % BOX for n in self.grid.shape):
-            return None
-        return Split(self, coarse)
-
     def tiles(self, p: Real, z: Real, below: float) -> CpuTileEngine | None:
-        split = self.split if np.isinf(self.most) else None
+        split = self.split() if np.isinf(self.most) else None
         if split is None or not split.even:
             return None
         nx, ny = self.grid.shape
@@ -200,27 +189,6 @@ class CpuBoundEngine(CpuEngine):
         self.touched[...] = 0
         for a, b in tiles.places * SIDE:
             self.touched[a : a + SIDE, b // TILE] = 2
-
-    @property
-    def _far(self) -> CpuEngine | None:
-        """The coarse grid of the response on tiles, once it has been asked for."""
-        split: Split | None = vars(self).get("split")
-        return None if split is None else split.far
-
-    @property
-    def work(self) -> Work:
-        own, far = super().work, self._far
-        if far is None:
-            return own
-        return own._replace(
-            fft_pairs=own.fft_pairs + far.transforms / 2 * far.size / self.size,
-            fft_seconds=own.fft_seconds + far.fft_seconds,
-        )
-
-    def forget_work(self) -> None:
-        super().forget_work()
-        if self._far is not None:
-            self._far.forget_work()
 
     # --- what is asked at once -----------------------------------------------------------------------------
 

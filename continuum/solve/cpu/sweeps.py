@@ -354,6 +354,19 @@ def _elastic(first: int, last: int, sums: Real, g: Real, work: Real, K: Real, fo
 
 
 @compiled
+def _yielding(first: int, last: int, sums: Real, work: Real, K: Real, force: float) -> None:
+    """Displacement under a traction, whose spectrum is in work, and a force: work <- (F - work)/K.  sums: its mean."""
+    if first == 0:
+        work[0, 0] -= force
+    for i in range(K.shape[0]):
+        for j in range(first, last):
+            work[i, 2 * j] /= -K[i, j]
+            work[i, 2 * j + 1] /= -K[i, j]
+    if first == 0:
+        sums[0] = work[0, 0]
+
+
+@compiled
 def _add_square(first: int, last: int, sums: Real, g: Real, work: Real, weights: Real) -> None:
     """Set g <- g + work; sums: |g|²."""
     for i in range(g.shape[0]):

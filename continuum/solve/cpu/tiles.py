@@ -1,4 +1,5 @@
-"""The engine of a model of the response on tiles: the bound-constrained solver runs on them as on a whole grid.
+"""The engine of a model of the response on tiles: the bound-constrained solver runs on them as on a whole grid, and
+the smooth one solves there what only the points near the wall decide (:mod:`continuum.solve.corrections`).
 
 G = 1/K is split into what is smooth and what is short.  The smooth part, G times a Gaussian of a few points, goes by
 way of the grid of every fourth point and cubic B-splines.  The rest hardly reaches farther than fifteen points: it is
@@ -18,10 +19,12 @@ import numpy as np
 
 from continuum.model.fourier import Real, block_edges, cut
 from continuum.model.grid import Grid
+from continuum.model.laws import Law, evaluate
 from continuum.solve.backend import SPREAD, Array
 from continuum.solve.cpu.compiled import SUMS, Index, Mask, Single
 from continuum.solve.cpu.engine import CpuEngine, Task
 from continuum.solve.cpu.near_field import RATIO, REACHED, SIDE, cubic_spline, weights, width
+from continuum.solve.solution import Work
 
 REACH, STIFF_REACH = 15, 7
 """Points that the near fields of G and K reach, less one."""
@@ -31,25 +34,33 @@ BOX = 256
 """Side of the periodic box in which near fields are found, in points."""
 SMALLEST = 1024
 """Grids with a shorter side have no tiles: there calls, not points, would take the time."""
-MOST = 0.25
-"""Share of tiles beyond which the whole grid is as fast."""
+MOST, MOST_SMOOTH = 0.25, 0.1
+"""Share of tiles beyond which the whole grid is as fast: under a bound, and under a law."""
+MARGIN = 0.05
+"""A tile is near the wall where a gap is within so much of the range of the law, in a0."""
 
 
 class Split:
-    """The split response of one grid: near fields of G and K, and far fields on the grid of every fourth point."""
+    """The split response of one grid: near fields of G and K, and far fields on the grid of every fourth point.
 
-    def __init__(self, engine: CpuEngine, coarse: Grid) -> None:
+    On a wall that is not infinitely stiff, K and the wall lie in series: that of the preconditioner is K/(1 + K/k).
+    """
+
+    def __init__(self, engine: CpuEngine, coarse: Grid, wall: float = np.inf) -> None:
+        self.wall = wall
         self.far = CpuEngine(coarse, np.zeros(coarse.shape_q, np.float32), engine.threads)
         K = cut(engine.K, coarse.shape_q)
         K[0, 0] = 0.0
         self.G_far = _far(_inverse(K), coarse.shape, SMOOTH)
-        self.K_far = _far(K, coarse.shape, STIFF_SMOOTH)
+        self.K_far = _far(K / (1 + K / wall), coarse.shape, STIFF_SMOOTH)
         rows, columns = (n // BOX for n in engine.grid.shape)
         box = _whole(engine.K[::rows, ::columns][:, : BOX // 2 + 1])
         self.G_near, even = _near(_inverse(box), SMOOTH, REACH)
-        self.K_near, also = _near(box, STIFF_SMOOTH, STIFF_REACH)
+        self.K_near, also = _near(box / (1 + box / wall), STIFF_SMOOTH, STIFF_REACH)
         self.even = even and also
         """Whether the near fields are even along x, as their sweep takes them to be."""
+        self.softest = float(engine.K.ravel()[1:].min())
+        """K of the softest wave."""
         self.field, self.share, self.smooth, self.back = (self.far.single_rows() for _ in range(4))
         self.spline = weights()
         self._kept: dict[str, Any] = {}
@@ -60,6 +71,24 @@ class Split:
             self._kept[name] = np.empty((count + count // 8, *side), np.float32)
         kept: Single = self._kept[name][:count]
         return kept
+
+    def forget(self) -> None:
+        """Give that memory back."""
+        self._kept.clear()
+
+
+def _stiffness(law: Law) -> float:
+    """Stiffness of the wall at the last of a thousand gaps at which it pushes; zero if it never does."""
+    _, traction, stiffness = evaluate(law, np.linspace(0.0, law.reach, 1000))
+    pushing = np.flatnonzero(traction > 0)
+    return float(stiffness[pushing[-1]]) if pushing.size else 0.0
+
+
+def _with_any(points: Mask, side: int = SIDE) -> Mask:
+    """Tiles of so many points a side with any of these points, shape of the whole over ``side``."""
+    nx, ny = points.shape
+    found: Mask = np.asarray(points.reshape(nx // side, side, ny // side, side).any(axis=(1, 3)))
+    return found
 
 
 def _inverse(K: Real) -> Real:
@@ -106,8 +135,68 @@ def _near(values: Real, smooth: float, reach: int) -> tuple[Single, bool]:
     return rows, bool(even)
 
 
+class TiledEngine(CpuEngine):
+    """The engine of a grid that may have tiles; what is done on their coarse grid counts as its own work."""
+
+    _split: Split | None = None
+    _wall = np.nan
+    """Stiffness of the wall of which the split was made, if it was asked for."""
+
+    def split(self, wall: float = np.inf) -> Split | None:
+        """The response as tiles have it, with a wall of this stiffness; None on a grid that has none."""
+        if wall != self._wall:
+            half = self.grid.coarser
+            coarse = half.coarser if half is not None else None
+            self._wall = wall
+            self._split = Split(self, coarse, wall) if self._fits and coarse is not None else None
+        return self._split
+
+    def near_wall(self, f: Real, z: Real, law: Law) -> CpuTileEngine | None:
+        marked = _with_any((z[:, : self.n] < law.reach + MARGIN) | (f[:, : self.n] != 0))
+        split = self._on(law, marked)
+        if split is None:
+            return None
+        split.G_far[0, 0] = 0.0 if self._held else 1.0 / self.K[0, 0]
+        return CpuTileEngine(self, split, marked)
+
+    def has_tiles(self, engine: CpuEngine, z: Real, law: Law) -> bool:
+        side = SIDE * engine.n // self.n
+        return self._fits and self._on(law, _with_any(z[:, : engine.n] < law.reach + MARGIN, side)) is not None
+
+    def forget_tiles(self) -> None:
+        if self._split is not None:
+            self._split.forget()
+
+    @property
+    def _fits(self) -> bool:
+        return min(self.grid.shape) >= SMALLEST and not any(n % BOX for n in self.grid.shape)
+
+    def _on(self, law: Law, marked: Mask) -> Split | None:
+        """The response on these tiles of a wall; None where they do not pay, or there is none."""
+        if not 0 < marked.mean() <= MOST_SMOOTH or not (self._held or self.K[0, 0] > 0):
+            return None
+        wall = _stiffness(law)
+        split = self.split(wall) if wall > 0 else None
+        return split if split is not None and split.even and split.softest > 0 else None
+
+    @property
+    def work(self) -> Work:
+        own, split = super().work, self._split
+        if split is None:
+            return own
+        return own._replace(
+            fft_pairs=own.fft_pairs + split.far.transforms / 2 * split.far.size / self.size,
+            fft_seconds=own.fft_seconds + split.far.fft_seconds,
+        )
+
+    def forget_work(self) -> None:
+        super().forget_work()
+        if self._split is not None:
+            self._split.far.forget_work()
+
+
 class CpuTileEngine(CpuEngine):
-    """What the bound-constrained solver asks of an engine, for the points of some tiles, one below the other.
+    """What the solvers ask of an engine, for the points of some tiles, one below the other.
 
     Parameters
     ----------
@@ -241,7 +330,24 @@ class CpuTileEngine(CpuEngine):
         self._up(smooth, more)
         return float(self.sweep("onto_contact", mask=mask, field=beside, more=more, out=out)[0])
 
-    # --- in the words of the solver ------------------------------------------------------------------------
+    # --- in the words of the smooth solver -----------------------------------------------------------------
+
+    def advance(self, step: float, law: Law, **given: Any) -> tuple[float, float]:
+        sums = self.sweep("advance_traction", step=step, kind=law.kind, parameters=law.parameters, **given)
+        return float(sums[0]), float(sums[1])
+
+    def along(self, step: float, law: Law, **given: Any) -> tuple[float, float]:
+        sums = self.sweep("along_traction", step=step, kind=law.kind, parameters=law.parameters, **given)
+        return float(sums[0]), float(sums[1])
+
+    def relent(self, missing: Real, stiffness: Single, out: Real) -> None:
+        wall, least = self.split.wall, self.split.softest
+        stiff = stiffness > 0.5 * wall
+        self.stiffen(stiff, out, least / (1 + least / wall), missing)
+        np.divide(out, wall, out=out)
+        np.copyto(out, missing, where=~stiff)
+
+    # --- in the words of the bound-constrained solver ------------------------------------------------------
 
     def into(self, name: str, **given: Any) -> Real:
         self._direction = given["t"]

@@ -188,3 +188,66 @@ def _taken(there: Real, e: Real, kept: Real, change: Real, stiff: Single) -> tup
         kept[j] = there[1, j]
         stiff[j] = there[2, j]
     return slope, before, energy, size
+
+
+@compiled
+def _advance_traction(
+    start: int,
+    stop: int,
+    sums: Real,
+    f: Real,
+    z: Real,
+    t: Real,
+    w: Real,
+    step: float,
+    kind: int,
+    parameters: Real,
+    missing: Real,
+    stiffness: Single,
+) -> None:
+    """Set f <- f + step t and z <- z + step w on tiles, missing <- f - the traction of the wall, and its stiffness.
+
+    sums: of missing², of the energy of the wall.
+    """
+    squares = energy = 0.0
+    here = np.empty((3, f.shape[1]))
+    for i in range(start, stop):
+        fi, zi, missed, stiff = f[i], z[i], missing[i], stiffness[i]
+        for j in range(fi.size):
+            fi[j] += step * t[i, j]
+            zi[j] += step * w[i, j]
+        respond(kind, zi, parameters, here)
+        for j in range(fi.size):
+            missed[j] = fi[j] - here[1, j]
+            stiff[j] = here[2, j]
+            squares += missed[j] * missed[j]
+            energy += here[0, j]
+    sums[0] = squares
+    sums[1] = energy
+
+
+@compiled
+def _along_traction(
+    start: int,
+    stop: int,
+    sums: Real,
+    f: Real,
+    z: Real,
+    t: Real,
+    w: Real,
+    step: float,
+    kind: int,
+    parameters: Real,
+) -> None:
+    """At f + step t and z + step w on tiles.  sums: of w times what is missing there; of w (t + stiffness w)."""
+    slope = curvature = 0.0
+    there, gap = np.empty((3, f.shape[1])), np.empty(f.shape[1])
+    for i in range(start, stop):
+        for j in range(gap.size):
+            gap[j] = z[i, j] + step * w[i, j]
+        respond(kind, gap, parameters, there)
+        for j in range(gap.size):
+            slope += w[i, j] * (f[i, j] + step * t[i, j] - there[1, j])
+            curvature += w[i, j] * (t[i, j] + there[2, j] * w[i, j])
+    sums[0] = slope
+    sums[1] = curvature

@@ -175,6 +175,16 @@ class CudaEngine:
 
     # --- whole fields --------------------------------------------------------------------------------------
 
+    def has_tiles(self, engine: object, z: Array, law: Law) -> bool:
+        """Never."""
+        return False
+
+    def near_wall(self, f: Array, z: Array, law: Law) -> None:
+        """None: there are no tiles."""
+
+    def forget_tiles(self) -> None:
+        """Nothing: there are none."""
+
     def inverse(self, field: Array) -> None:
         self.transform.inverse(self.w)
         self.sweep("keep", values=field)

@@ -126,6 +126,12 @@ class PlainSmoothGrid(Descending):
     def chain(self):
         return [self, *(self.coarser.chain if self.coarser else [])]
 
+    def has_tiles(self, **_):
+        return False
+
+    def look(self):
+        return self.z
+
     def set_problem(self, law, offset, start, *, lift, pressure, mean_stiffness):
         self.law, self.offset, self.start, self.pressure = law, offset + lift, start, pressure
         self.held = np.isinf(mean_stiffness)

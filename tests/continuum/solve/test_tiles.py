@@ -12,7 +12,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine
-from continuum.solve.cpu import bound
+from continuum.solve.cpu import tiles as tiles_of_cpu
 from continuum.solve.cpu.bound import CpuBoundEngine
 from continuum.solve.cpu.near_field import SIDE
 from continuum.solve.cpu.tiles import CpuTileEngine
@@ -28,7 +28,7 @@ SETTINGS = Settings(1e-7)
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tiles on grids on which they would not pay."""
-    monkeypatch.setattr(bound, "SMALLEST", 256)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 256)
 
 
 def heights(grid: Grid, seed: int = 1) -> Real:
@@ -78,8 +78,8 @@ def test_a_response_that_is_not_even_has_no_tiles(small: None) -> None:
     whole.set_mean_stiffness(0.0, held=False)
     p = whole.rows()
     p[:9, :9] = 1.0
-    assert whole.split is not None
-    assert not whole.split.even
+    assert (split := whole.split()) is not None
+    assert not split.even
     assert whole.tiles(p, whole.rows(), -1.0) is None
 
 
@@ -106,9 +106,9 @@ def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: Spots) -> Non
 
 def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tuple[Solution, Solution]:
     """A state with tiles and without."""
-    monkeypatch.setattr(bound, "SMALLEST", 256)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 256)
     tiled = solve()
-    monkeypatch.setattr(bound, "SMALLEST", 2**20)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**20)
     whole = solve()
     assert tiled.status.ok
     assert whole.status.ok

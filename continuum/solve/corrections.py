@@ -1,0 +1,205 @@
+"""Equilibrium of a smooth energy by defect correction: its few tiles near the wall first, then what they missed.
+
+Away from the wall the surface obeys its own elasticity: the tractions f of the wall, on the points within its reach,
+are all that is unknown::
+
+    z = offset - u     u = (F - f)/K     f = p(z) at the solution
+
+One pair of transforms of the whole grid gives z, and f - p(z) is its residual.  On the tiles that the wall reaches,
+with a model of the response G = 1/K (:mod:`continuum.solve.cpu.tiles`), Newton's method solves the same equations, and
+another pair says what the model missed.  The linear problems (1 + φ'' G) t = p(z) - f are solved by generalised
+conjugate residuals: where the wall is about as stiff as under a load they are preconditioned as under a hard wall,
+K and the stiffness of the wall in series.  Each direction must have a positive curvature of the energy, and the energy
+falls along each step.  Where that fails, which is beside a jump, conjugate gradients on the whole grid
+(:mod:`continuum.solve.smooth`) go on from the last state.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from continuum.model.fourier import Real
+from continuum.solve.backend import Array, WallTileEngine
+from continuum.solve.smooth_grid import SmoothGrid
+from continuum.solve.solution import Goal, Iteration
+
+SLOW = 0.5
+"""Part of the residual that a correction may leave, at most."""
+MISSED, BEYOND = 0.01, 0.3
+"""Part of it to which tiles are solved, about what their response misses; and that of what is asked for, at least."""
+LOOSE, DIRECTIONS = 0.1, 8
+"""A linear problem is solved to this part of its residual, or in so many directions."""
+NEWTON_STEPS, TRIALS = 25, 30
+"""Steps of a correction, and trial lengths of a step, at most."""
+SLOPE_ACCEPTED = 0.3
+"""Part of the slope of the energy that a step may leave."""
+LARGEST_RISE = 1e-12
+"""A rise of the energy by this part of that of the wall is rounding; the whole grid judges a larger one."""
+
+
+def correct_coarser(grid: SmoothGrid, goal: Goal, history: list[Iteration], iterations: int) -> bool | None:
+    """Go to the goal from the traction of the coarser grid; whether that was reached.
+
+    None if there is none: then nothing has happened.  Where it does not come to an end the grid has begun anew at
+    the last state, and the history is empty.
+    """
+    below, f = grid.coarser, grid.direction
+    assert below is not None
+    # The offset of the coarser grid lies there, and is needed where its state is none.
+    if not np.isfinite(below.engine.download(below.traction).sum()):
+        return None
+    grid.engine.sweep("spread", coarse=below.traction, fine=f)
+    below.release()
+    return _correct(grid, f, goal, history, iterations)
+
+
+def correct_start(grid: SmoothGrid, goal: Goal, history: list[Iteration], iterations: int) -> bool:
+    """The same from the state at hand, whose gradient is complete."""
+    engine, f = grid.engine, grid.direction
+    # The force of the substrate is p - g: the traction under which it is where it is.
+    engine.w[...] = grid.g
+    engine.transforms += 1
+    engine.inverse(f)
+    np.subtract(grid.traction, f, out=f)
+    f[grid.z >= grid.law.reach] = 0.0
+    return _correct(grid, f, goal, history, iterations)
+
+
+def _correct(grid: SmoothGrid, f: Array, goal: Goal, history: list[Iteration], iterations: int) -> bool:
+    """Go to the goal from a traction, in the memory of the direction; where it is not reached begin anew."""
+    if _approach(grid, f, goal, history, iterations):
+        grid.traction, grid.stiffness = f, None
+        return True
+    history.clear()
+    grid.engine.forget_tiles()
+    grid.go_to_start()
+    return False
+
+
+def _approach(grid: SmoothGrid, f: Array, goal: Goal, history: list[Iteration], iterations: int) -> bool:
+    """Find the gap under a traction and what is missing, correct the traction on tiles, and again."""
+    error = last = np.inf
+    first = 0.0
+    while len(history) <= iterations:
+        mean = _yield_to(grid, f)
+        near = grid.engine.near_wall(f, grid.z, grid.law)
+        if near is None:
+            return False
+        tiles = _Tiles(grid, near, f)
+        energy = tiles.energy(mean)
+        first = first if history else energy
+        history.append(Iteration(tiles.residual, energy - first, 1.0))
+        if goal.reached(tiles.residual, grid.look):
+            return True
+        if not tiles.residual < SLOW * error or energy > last + LARGEST_RISE * abs(tiles.wall_energy):
+            return False
+        error, last = tiles.residual, energy
+        if not tiles.relax(max(BEYOND * goal.bound, MISSED * error)):
+            return False
+        tiles.onto(f)
+    return False
+
+
+def _yield_to(grid: SmoothGrid, f: Array) -> float:
+    """Set z to the gap of a surface under the traction f; returns the mean of its displacement."""
+    grid.engine.into("copy", values=f)
+    sums = grid.engine.spectral("yielding", forward=True, inverse=True, force=0.0 if grid.held else grid.pressure)
+    grid.engine.out_of("lay", z=grid.z, offset=grid.offset, lift=grid.lift)
+    return float(sums[0])
+
+
+class _Tiles:
+    """Traction f and gap z of the tiles near the wall; from there on a model says how z follows f."""
+
+    def __init__(self, grid: SmoothGrid, engine: WallTileEngine, f: Array) -> None:
+        self.grid, self.engine, self.law = grid, engine, grid.law
+        self.f, self.z, self.offset = (engine.gather(each) for each in (f, grid.z, grid.offset))
+        self.t, self.w, self.missing, self.spare = (engine.field() for _ in range(4))
+        self.stiffness = np.empty(engine.shape, np.float32)
+        self._advance(0.0)
+
+    def _advance(self, step: float) -> None:
+        """Go along the direction: f, z, and what is missing there."""
+        state = {"f": self.f, "z": self.z, "t": self.t, "w": self.w}
+        given = {"missing": self.missing, "stiffness": self.stiffness}
+        squares, energy = self.engine.advance(step, self.law, **state, **given)
+        self.residual, self.wall_energy = float(np.sqrt(squares / self.grid.size)), energy / self.grid.size
+
+    def energy(self, mean: float) -> float:
+        """Energy per point of the whole surface, before anything has moved; ``mean`` is that of the displacement."""
+        grid = self.grid
+        work = _dot(self.offset + grid.lift - self.z, self.f) / grid.size
+        return self.wall_energy - 0.5 * (work + grid.pressure * mean)
+
+    def relax(self, bound: float) -> bool:
+        """Newton's method, to this residual; whether it came there."""
+        for _ in range(NEWTON_STEPS):
+            if not self.residual > bound:
+                return self.residual <= bound
+            if not self._find_direction(max(LOOSE, 0.5 * bound / self.residual)):
+                return False
+            step = self._length()
+            if not np.isfinite(step):
+                return False
+            self._advance(step)
+        return False
+
+    def _find_direction(self, part: float) -> bool:
+        """Set t and w = G t to about Newton's step, which leaves a part of the linear residual.
+
+        False where the energy has a negative curvature.
+        """
+        left, engine = self.missing.copy(), self.engine
+        self.t[...] = self.w[...] = 0.0
+        aim = part**2 * _dot(left, left)
+        kept: list[tuple[Array, Array, Array, float]] = []
+        for _ in range(DIRECTIONS):
+            engine.relent(left, self.stiffness, self.spare)
+            w = engine.comply_with(self.spare, engine.answer).copy()
+            t = self.spare.astype(np.float32)
+            q = t + self.stiffness * w
+            for old_t, old_w, old_q, square in kept:
+                part_of = np.float32(_dot(q, old_q) / square)
+                t -= part_of * old_t
+                w -= part_of * old_w
+                q -= part_of * old_q
+            square = _dot(q, q)
+            if not (_dot(w, q) > 0 and square > 0):
+                return False
+            length = _dot(left, q) / square
+            left -= length * q
+            self.t -= length * t
+            self.w -= length * w
+            if _dot(left, left) <= aim:
+                break
+            kept.append((t, w, q, square))
+        return True
+
+    def _length(self) -> float:
+        """Length of the step to about the minimum of the energy along it; NaN if there is none."""
+        fields = {"f": self.f, "z": self.z, "t": self.t, "w": self.w}
+        first, _ = self.engine.along(0.0, self.law, **fields)
+        if not first < 0:
+            return np.nan
+        step, low, high = 1.0, 0.0, np.inf
+        for _ in range(TRIALS):
+            slope, curvature = self.engine.along(step, self.law, **fields)
+            if abs(slope) <= SLOPE_ACCEPTED * abs(first):
+                return step
+            low, high = (step, high) if slope < 0 else (low, step)
+            newton = step - slope / curvature if curvature > 0 else np.inf
+            if not low < newton < high:
+                newton = (low + high) / 2 if np.isfinite(high) else 2 * step
+            step = newton
+        return np.nan
+
+    def onto(self, f: Array) -> None:
+        """Set the traction of the whole grid: what has moved out of reach carries none."""
+        self.f[self.z >= self.law.reach] = 0.0
+        f[...] = 0.0
+        self.engine.scatter(self.f, f)
+
+
+def _dot(a: Real, b: Real) -> float:
+    """Sum over the points of a product."""
+    return float((a * b).sum(dtype=np.float64))

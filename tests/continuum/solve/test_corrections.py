@@ -1,0 +1,201 @@
+"""States under a smooth law that are found on tiles, beside those of the whole grid."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from continuum.measure.contact import totals_of
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.laws import Law
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace, Layer, Substrate
+from continuum.model.surface import SelfAffine
+from continuum.model.walls import InversePowers, LennardJonesSpline, Wall
+from continuum.solve import corrections
+from continuum.solve.cpu import tiles as tiles_of_cpu
+from continuum.solve.solution import Closer, Settings, Solution
+from continuum.solve.solver import Solver
+
+SETTINGS = Settings(1e-7)
+NEVER = 2**20
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tiles on grids on which they would not pay."""
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 256)
+    monkeypatch.setattr(tiles_of_cpu, "MOST_SMOOTH", 0.5)
+
+
+def problem_of(
+    shape: tuple[int, int] = (512, 512), length: float = 0.005, substrate: Substrate | None = None
+) -> ContactProblem:
+    """A rough wall of which some hundredths of the area are in contact at a mean gap of 5 a0."""
+    grid = Grid(shape, (float(shape[0]), float(shape[1])))
+    heights = SelfAffine(0.8, 0.1, 16.0, min(shape) / 2).synthesise(grid, np.random.default_rng(2))
+    return ContactProblem(grid, LennardJonesSpline(adhesion_length=length), heights, substrate or HalfSpace())
+
+
+def law_of(wall: Wall) -> Law:
+    assert wall.law is not None
+    return wall.law
+
+
+def solved(
+    problem: ContactProblem,
+    wall: Wall | None = None,
+    start: Real | None = None,
+    *,
+    mean_gap: float = 5.0,
+    pressure: float = 0.0,
+    mean_stiffness: float = np.inf,
+) -> Solution:
+    """At a mean gap, or with a displacement of the mean from there."""
+    posed = {"lift": mean_gap - problem.mean_height, "pressure": pressure, "mean_stiffness": mean_stiffness}
+    solver = Solver(problem.grid, problem.stiffness_q)
+    return solver.minimise(law_of(wall or problem.wall), problem.heights, start, SETTINGS, closer=None, **posed)
+
+
+def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tuple[Solution, Solution]:
+    """A state with tiles and without."""
+    tiled = solve()
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", NEVER)
+    whole = solve()
+    assert tiled.status.ok
+    assert whole.status.ok
+    return tiled, whole
+
+
+def assert_same(tiled: Solution, whole: Solution, wall: Wall) -> None:
+    """Gaps to what the residuals leave, and the same contact where these are clear; by way of the tiles."""
+    apart = np.abs(tiled.gap - whole.gap)
+    assert apart.max() < 1e-4
+    assert apart.mean() < 1e-6
+    differs = (tiled.gap < wall.zero_gap) != (whole.gap < wall.zero_gap)
+    assert np.all(np.abs(whole.gap[differs] - wall.zero_gap) <= apart[differs])
+    assert differs.sum() <= 2
+    assert tiled.residual <= SETTINGS.tolerance
+    assert tiled.iterations < 0.6 * whole.iterations
+    assert tiled.fft_pairs < 0.7 * whole.fft_pairs
+
+
+@pytest.mark.parametrize("length", [0.0, 0.0005, 0.005, 0.05])
+def test_a_given_mean_gap_has_the_same_state(length: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_of(length=length)
+    tiled, whole = both(monkeypatch, lambda: solved(problem))
+    assert_same(tiled, whole, problem.wall)
+    one, other = (totals_of(problem.grid, problem.wall, each.gap) for each in (tiled, whole))
+    assert one.load_rep == pytest.approx(other.load_rep, rel=1e-4)
+
+
+@pytest.mark.parametrize("shape", [(256, 512), (512, 256)])
+def test_an_oblong_layer_has_the_same_state(shape: tuple[int, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_of(shape, substrate=Layer(40.0, 0.3, "clamped"))
+    assert_same(*both(monkeypatch, lambda: solved(problem, mean_gap=3.0, mean_stiffness=1e-2)), problem.wall)
+
+
+def test_the_residual_is_that_of_the_equations(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_of()
+    solution = solved(problem)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", NEVER)
+    u = problem.displacement(solution.gap, separation := 5.0 - problem.mean_height)
+    g = problem.gradient(u, separation)
+    assert np.sqrt(np.mean((g - g.mean()) ** 2)) == pytest.approx(solution.residual, rel=1e-3)
+
+
+def test_the_energy_falls_to_that_of_the_state(monkeypatch: pytest.MonkeyPatch) -> None:
+    found: list[float] = []
+    energy = corrections._Tiles.energy
+
+    def noted(tiles: corrections._Tiles, mean: float) -> float:
+        found.append(energy(tiles, mean))
+        return found[-1]
+
+    monkeypatch.setattr(corrections._Tiles, "energy", noted)
+    problem = problem_of()
+    solution = solved(problem, pressure=1e-3, mean_stiffness=1e-2)
+    assert solution.status.ok
+    assert np.all(np.diff(found[-1 - solution.iterations :]) < 0)
+    assert [line.energy for line in solution.history] == pytest.approx(
+        np.array(found[-1 - solution.iterations :]) - found[-1 - solution.iterations]
+    )
+    u = problem.heights + 5.0 - problem.mean_height - solution.gap
+    K = problem.stiffness_q.copy()
+    K[0, 0] = 1e-2
+    u_q = problem.grid.forward(u)
+    plain = 0.5 * problem.grid.inner_q(u_q, K * u_q) - 1e-3 * u.mean() + problem.wall.energy(solution.gap).mean()
+    assert found[-1] == pytest.approx(plain, rel=1e-9)
+
+
+def test_threads_change_no_bit() -> None:
+    problem = problem_of()
+    one, two = (
+        Solver(problem.grid, problem.stiffness_q, threads).minimise(
+            law_of(problem.wall), problem.heights, None, SETTINGS, lift=5.0, mean_stiffness=np.inf
+        )
+        for threads in (1, 2)
+    )
+    assert one.status.ok
+    assert np.array_equal(one.gap, two.gap)
+
+
+def test_a_start_has_the_same_state(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_of()
+    start = solved(problem, mean_gap=5.4).gap - 0.4
+    assert_same(*both(monkeypatch, lambda: solved(problem, start=start)), problem.wall)
+
+
+def test_a_finer_tolerance_is_met_where_the_gap_is_worth_it() -> None:
+    problem = problem_of()
+    looked: list[float] = []
+
+    def solve(answer: bool) -> Solution:
+        def worth(gap: Real) -> bool:
+            looked.append(gap.mean())
+            return answer
+
+        closer = Closer(1e-8, worth)
+        lift = 5.0 - problem.mean_height
+        return Solver(problem.grid, problem.stiffness_q).minimise(
+            law_of(problem.wall), problem.heights, None, Settings(1e-6), lift=lift, mean_stiffness=np.inf, closer=closer
+        )
+
+    assert 1e-8 < solve(False).residual <= 1e-6
+    assert solve(True).residual <= 1e-8
+    assert looked == pytest.approx([5.0, 5.0])
+
+
+LEFT: dict[str, dict[str, Any]] = {
+    "most tiles": {"mean_gap": 1.0},
+    "a given pressure": {"mean_stiffness": 0.0, "pressure": 1e-4},
+    "a wall without end": {"wall": InversePowers((9, 3), adhesion_length=0.005)},
+}
+
+
+@pytest.mark.parametrize("posed", LEFT.values(), ids=LEFT)
+def test_what_tiles_do_not_serve_is_left_to_the_whole_grid(
+    posed: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = problem_of((256, 256))
+    tiled, whole = both(monkeypatch, lambda: solved(problem, **posed))
+    assert np.array_equal(tiled.gap, whole.gap)
+    assert tiled.work == whole.work or tiled.fft_pairs == whole.fft_pairs
+
+
+@pytest.mark.parametrize("fault", ["SLOW", "NEWTON_STEPS", "DIRECTIONS", "TRIALS", "energy"])
+def test_the_whole_grid_goes_on_where_tiles_come_to_no_end(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_of()
+    if fault == "energy":
+        rising = iter(range(9))
+        monkeypatch.setattr(corrections._Tiles, "energy", lambda *_: float(next(rising)))
+    else:
+        monkeypatch.setattr(corrections, fault, 1e-9 if fault == "SLOW" else 0)
+    tiled, whole = both(monkeypatch, lambda: solved(problem))
+    assert np.array_equal(tiled.gap < 1.0, whole.gap < 1.0)
+    assert tiled.iterations > 4
+    assert len(tiled.history) == tiled.iterations + 1
