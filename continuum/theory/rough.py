@@ -131,7 +131,8 @@ def _largest_tension(load: Callable[[float], float], low: float, high: float) ->
     """Largest tension over all positions of the plane."""
     steps = np.linspace(low, high, 121)
     best = int(np.argmin([load(float(t)) for t in steps]))
-    bounds = float(steps[best - 1]), float(steps[best + 1])  # it is never at an end
+    # It is never at the lower end, where all asperities are pressed; without any tension it is at the upper one.
+    bounds = float(steps[best - 1]), float(steps[min(best + 1, steps.size - 1)])
     found = minimize_scalar(load, bounds=bounds, method="bounded", options={"xatol": 1e-8})
     return -float(found.fun)
 
@@ -175,7 +176,8 @@ def bearing_area_limit(ratio: float) -> float:
     # The maximum lies at x = 2 for a short range, and moves out with it; beyond 300 all contacts are sticky.
     steps = np.linspace(0.0, min(6.0 + 4 / ratio, 300.0), 400)
     best = int(np.argmax(gain(steps)))
-    bounds = float(steps[best - 1]), float(steps[best + 1])  # it is never at an end
+    # It is never at the lower end, where all asperities are pressed; without any tension it is at the upper one.
+    bounds = float(steps[best - 1]), float(steps[min(best + 1, steps.size - 1)])
     found = minimize_scalar(lambda x: -float(gain(x)), bounds=bounds, method="bounded")
     return float(-found.fun / (0.75 * 2 * np.pi))
 
