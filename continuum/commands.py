@@ -1,6 +1,7 @@
 """The commands of ``continuum``: each calls the function of its name, shows what it returns, and says how it went."""
 
 import inspect
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -184,7 +185,7 @@ def predict(
     from continuum.show.prediction import reading_order
 
     given |= {"contact_modulus": contact_modulus}
-    if any(map(_is_folder, maps)):
+    if any(map(os.path.isdir, maps)):  # Path.is_dir raises for names that are too long
         beside = {"--csv": csv, "--json": json, "--join": given.get("join")}
         return _study(maps, [name for name, value in beside.items() if value], output, pattern,
                       given | {"solve": solve, "threads": threads})  # fmt: skip
@@ -246,13 +247,6 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
     files.folder(csv.parent)
     print(files.save(csv, as_csv(rows)))
     return NOT_CONVERGED if any("error" in row for row in rows) else OK
-
-
-def _is_folder(path: Path) -> bool:
-    try:
-        return path.is_dir()
-    except OSError:  # reported when it is read
-        return False
 
 
 def _study(

@@ -7,6 +7,7 @@ defined.
 """
 
 import hashlib
+import os
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
@@ -202,11 +203,7 @@ def _existing(value: object, info: ValidationInfo) -> Path:
         path = value
     else:
         raise PydanticCustomError("file_name", "the name of a file, in quotes")
-    try:
-        is_file = path.is_file()
-    except (OSError, ValueError):  # a name with a NUL, or far too long
-        is_file = False
-    if not is_file:
+    if not os.path.isfile(path):  # noqa: PTH113 - Path.is_file raises for names with a NUL, or far too long
         raise PydanticCustomError("missing_file", "an existing file, relative to the folder of this input")
     return path
 

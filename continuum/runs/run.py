@@ -204,9 +204,8 @@ def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, fo
     if growth is not None and growth.kept:
         stored = store.read_datasets(growth.source, config.result_schema, config.result_version)
         whole = Record.restored(system.problem, stored, fields=config.output.fields)
-        good = (
-            whole.good if growth.kept == len(whole.points) else []
-        )  # what the next point starts from, at the end only
+        # What the next point starts from is stored of the last point only.
+        good = whole.good if growth.kept == len(whole.points) else []
         return replace(whole.beginning(growth.kept, good), grown_from=growth.identity), False
     file = store.earlier(path, config.result_schema, config.result_version, key, force=force)
     if file is None:
