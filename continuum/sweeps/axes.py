@@ -279,12 +279,12 @@ class Sweep:
         of a search does not exist, or there is no system.
         """
         conditions, seen = [condition(text) for text in self.keep], dict[str, System]()
+        search = self.bisection
+        ends = [{}] if search is None else [{search.key: value} for value in (search.first, search.last)]
         for places in itertools.product(*(axis.values for axis in self.axes)):
             each = zip(self.axes, places, strict=True)
             combination = {key: value for axis, values in each for key, value in zip(axis.keys, values, strict=True)}
             config = None
-            search = self.bisection
-            ends = [{}] if search is None else [{search.key: value} for value in (search.first, search.last)]
             for settings in self._kept([combination | end for end in ends], conditions):
                 config = parsed(self.base.changed(settings), RunConfig)
                 plan = System(identity(config), settings, source=self.base)

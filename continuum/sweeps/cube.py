@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from continuum.files.store import Dataset
 from continuum.sweeps.folder import TABLE_SCHEMA
@@ -42,7 +42,7 @@ def cube_of(found: PointTable) -> tuple[dict[str, Dataset], dict[str, Any]]:
         dims, of_system = _with_searches(found, datasets, dims, of_system)
     steps = found["step"].astype(int)
     dims = {**dims, "step": int(steps.max(initial=-1)) + 1}
-    where = [(*of_system[found.keys[i]], step) for i, step in zip(found.system, steps, strict=True)]
+    where = np.array([(*of_system[found.keys[i]], step) for i, step in zip(found.system, steps, strict=True)])
     for name, (unit, what) in COLUMNS.items():
         datasets[name] = _spread(dims, where, found[name], unit, what)
     datasets["step"] = Dataset(np.arange(dims["step"]), ("step",), "1", COLUMNS["step"][1])
@@ -87,11 +87,11 @@ def _with_searches(
 
 
 def _spread(
-    dims: Mapping[str, int], places: Sequence[tuple[int, ...]], values: ArrayLike, units: str, what: str
+    dims: Mapping[str, int], places: NDArray[Any] | Sequence[Any], values: ArrayLike, units: str, what: str
 ) -> Dataset:
     """Values at their places on the axes, NaN elsewhere."""
     cube = np.full(tuple(dims.values()), np.nan)
-    cube[tuple(np.array(places, dtype=int).reshape(len(places), len(dims)).T)] = values
+    cube[tuple(np.asarray(places, dtype=int).reshape(len(places), len(dims)).T)] = values
     return Dataset(cube, tuple(dims), units, what)
 
 
