@@ -28,7 +28,7 @@ NEVER = 2**20
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tiles on grids on which they would not pay."""
-    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 256)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**16)
     monkeypatch.setattr(tiles_of_cpu, "MOST_SMOOTH", 0.5)
 
 
@@ -142,6 +142,20 @@ def test_threads_change_no_bit() -> None:
     )
     assert one.status.ok
     assert np.array_equal(one.gap, two.gap)
+
+
+def test_what_was_solved_before_changes_no_bit() -> None:
+    problem = problem_of()
+    law, lift = law_of(problem.wall), 5.0 - problem.mean_height
+    other = law_of(LennardJonesSpline(adhesion_length=0.0005, minimum_stiffness=1.0))
+
+    def solve(solver: Solver, law: Law, lift: float, mean_stiffness: float) -> Solution:
+        return solver.minimise(law, problem.heights, None, SETTINGS, lift=lift, mean_stiffness=mean_stiffness)
+
+    fresh, used = (Solver(problem.grid, problem.stiffness_q) for _ in range(2))
+    for before in (law, other):
+        assert solve(used, before, lift - 0.3, 1e-3).status.ok
+    assert np.array_equal(solve(used, law, lift, np.inf).gap, solve(fresh, law, lift, np.inf).gap)
 
 
 def test_a_start_has_the_same_state(monkeypatch: pytest.MonkeyPatch) -> None:
