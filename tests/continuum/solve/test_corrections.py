@@ -164,6 +164,18 @@ def test_a_start_has_the_same_state(monkeypatch: pytest.MonkeyPatch) -> None:
     assert_same(*both(monkeypatch, lambda: solved(problem, start=start)), problem.wall)
 
 
+def test_a_start_that_is_far_is_left_to_the_whole_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_of()
+    lift, keep = 5.0 - problem.mean_height, Settings(1e-7, warm_grids=0)
+    flat, solver = problem.heights + lift, Solver(problem.grid, problem.stiffness_q)
+    tiled, whole = both(
+        monkeypatch,
+        lambda: solver.minimise(law_of(problem.wall), problem.heights, flat, keep, lift=lift, mean_stiffness=np.inf),
+    )
+    assert np.array_equal(tiled.gap, whole.gap)
+    assert tiled.history[1:] == whole.history[1:]
+
+
 def test_a_finer_tolerance_is_met_where_the_gap_is_worth_it() -> None:
     problem = problem_of()
     looked: list[float] = []
