@@ -43,6 +43,8 @@ COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
 """Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for; measured optimum."""
 CLOSE = 1e3
 """A start whose residual is at most so many tolerances is not taken to coarser grids: these bring it no closer."""
+FAR = 1e5
+"""A start whose residual is larger is not taken to tiles: conjugate gradients bring it closer in fewer pairs."""
 COARSE_LIMIT = 400
 """Iterations on each coarser grid of a cold start, at most."""
 COARSE_ITERATIONS, COARSE_REDUCTION = 4, 0.3
@@ -125,9 +127,9 @@ def _solve(
         status = _descend(grid, levels, settings.shift, goal, 0 if coarse or tiled else iterations, history)
         if not (coarse or tiled) or status is not Status.ITERATION_LIMIT:
             return status
-        residual = history.pop().residual
-        if coarse is None or residual <= CLOSE * (settings.tolerance if depth == 0 else tolerance):
-            corrected = correct_start(grid, goal, history, iterations) if tiled else None
+        distance = history.pop().residual / (settings.tolerance if depth == 0 else tolerance)
+        if coarse is None or distance <= CLOSE:
+            corrected = correct_start(grid, goal, history, iterations) if tiled and distance <= FAR else None
             if corrected:
                 return Status.CONVERGED
             return _descend(grid, levels, settings.shift, goal, iterations, history, complete=corrected is None)

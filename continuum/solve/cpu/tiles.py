@@ -32,8 +32,8 @@ SMOOTH, STIFF_SMOOTH = 4.2, 4.8
 """Widths of the Gaussians that the far fields of G and K are smoothed with, in points."""
 BOX = 256
 """Side of the periodic box in which near fields are found, in points."""
-SMALLEST = 1024
-"""Grids with a shorter side have no tiles: there calls, not points, would take the time."""
+SMALLEST = 2**19
+"""Grids of fewer points have no tiles: there calls, not points, would take the time."""
 MOST, MOST_SMOOTH = 0.25, 0.1
 """Share of tiles beyond which the whole grid is as fast: under a bound, and under a law."""
 MARGIN = 0.05
@@ -169,7 +169,7 @@ class TiledEngine(CpuEngine):
 
     @property
     def _fits(self) -> bool:
-        return min(self.grid.shape) >= SMALLEST and not any(n % BOX for n in self.grid.shape)
+        return self.size >= SMALLEST and not any(n % BOX for n in self.grid.shape)
 
     def _on(self, law: Law, marked: Mask) -> Split | None:
         """The response on these tiles of a wall; None where they do not pay, or there is none."""

@@ -28,7 +28,7 @@ NEVER = 2**20
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tiles on grids on which they would not pay."""
-    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 256)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**16)
     monkeypatch.setattr(tiles_of_cpu, "MOST_SMOOTH", 0.5)
 
 
@@ -144,10 +144,36 @@ def test_threads_change_no_bit() -> None:
     assert np.array_equal(one.gap, two.gap)
 
 
+def test_what_was_solved_before_changes_no_bit() -> None:
+    problem = problem_of()
+    law, lift = law_of(problem.wall), 5.0 - problem.mean_height
+    other = law_of(LennardJonesSpline(adhesion_length=0.0005, minimum_stiffness=1.0))
+
+    def solve(solver: Solver, law: Law, lift: float, mean_stiffness: float) -> Solution:
+        return solver.minimise(law, problem.heights, None, SETTINGS, lift=lift, mean_stiffness=mean_stiffness)
+
+    fresh, used = (Solver(problem.grid, problem.stiffness_q) for _ in range(2))
+    for before in (law, other):
+        assert solve(used, before, lift - 0.3, 1e-3).status.ok
+    assert np.array_equal(solve(used, law, lift, np.inf).gap, solve(fresh, law, lift, np.inf).gap)
+
+
 def test_a_start_has_the_same_state(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = problem_of()
     start = solved(problem, mean_gap=5.4).gap - 0.4
     assert_same(*both(monkeypatch, lambda: solved(problem, start=start)), problem.wall)
+
+
+def test_a_start_that_is_far_is_left_to_the_whole_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_of()
+    lift, keep = 5.0 - problem.mean_height, Settings(1e-7, warm_grids=0)
+    flat, solver = problem.heights + lift, Solver(problem.grid, problem.stiffness_q)
+    tiled, whole = both(
+        monkeypatch,
+        lambda: solver.minimise(law_of(problem.wall), problem.heights, flat, keep, lift=lift, mean_stiffness=np.inf),
+    )
+    assert np.array_equal(tiled.gap, whole.gap)
+    assert tiled.history[1:] == whole.history[1:]
 
 
 def test_a_finer_tolerance_is_met_where_the_gap_is_worth_it() -> None:

@@ -28,7 +28,7 @@ SETTINGS = Settings(1e-7)
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tiles on grids on which they would not pay."""
-    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 256)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**16)
 
 
 def heights(grid: Grid, seed: int = 1) -> Real:
@@ -106,7 +106,7 @@ def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: Spots) -> Non
 
 def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tuple[Solution, Solution]:
     """A state with tiles and without."""
-    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 256)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**16)
     tiled = solve()
     monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**20)
     whole = solve()
@@ -118,7 +118,7 @@ def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tupl
 def assert_same(tiled: Solution, whole: Solution) -> None:
     """The same contact to the point, gaps to what both may miss; and it was the tiles that found it."""
     assert np.array_equal(tiled.traction > 0, whole.traction > 0)
-    assert tiled.gap == pytest.approx(whole.gap, rel=0, abs=2e-8)
+    assert np.abs(tiled.gap - whole.gap).max() <= 2e-8
     assert tiled.gap_error < 1e-8
     assert tiled.iterations < 0.7 * whole.iterations
     assert tiled.fft_pairs < 0.7 * whole.fft_pairs
@@ -161,7 +161,7 @@ def test_a_start_has_the_same_state(monkeypatch: pytest.MonkeyPatch) -> None:
     start = Solver(grid, K).constrain(h, None, SETTINGS, pressure=5e-4).gap
     tiled, whole = both(monkeypatch, lambda: Solver(grid, K).constrain(h, start, SETTINGS, pressure=6e-4))
     assert np.array_equal(tiled.traction > 0, whole.traction > 0)
-    assert tiled.gap == pytest.approx(whole.gap, rel=0, abs=2e-8)
+    assert np.abs(tiled.gap - whole.gap).max() <= 2e-8
 
 
 def test_threads_change_no_bit(small: None) -> None:
