@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.crystal.crystal import Slab
 from atomistic.lammps.directory import read_heights, read_wall
 from atomistic.lammps.earlier import finished_steps
 from atomistic.lammps.protocol import AVERAGES
@@ -332,20 +331,10 @@ def read_run(directory: Path) -> DeckRun:
     last = result or read_result(directory)  # which raises the reason
     try:
         wall, heights = read_wall(directory), read_heights(directory / "slab.data")
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        raise DeckError(f"the wall of {directory} cannot be read: {error}; write the deck again") from error
-    stiffness = _stiffness(directory, last.slab)
+        path = directory / "stiffness.npy"
+        stiffness = map_of("stiffness", np.load(path), last.slab.grid.shape_q) if path.is_file() else None
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, EOFError) as error:
+        raise DeckError(f"the deck in {directory} is damaged: {error}; write it again") from error
     return DeckRun(
         directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips), stiffness
     )
-
-
-def _stiffness(directory: Path, slab: Slab) -> Real | None:
-    """K_q stored with a deck, if any.  Raises DeckError if the file is damaged."""
-    path = directory / "stiffness.npy"
-    if not path.is_file():
-        return None
-    try:
-        return map_of("stiffness", np.load(path), slab.grid.shape_q)
-    except (OSError, ValueError, EOFError) as error:
-        raise DeckError(f"{path} is damaged ({error}): write the deck again") from error
