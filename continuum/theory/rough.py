@@ -89,14 +89,21 @@ def fuller_tabor(ratio: float) -> float:
     def indentation(a: float) -> float:
         return a * a - 2 / 3 * math.sqrt(6 * a)
 
+    def far(delta: float) -> float:
+        """A contact radius beyond that of an indentation."""
+        return 4 + 2 * math.sqrt(max(delta, 0.0))
+
     unit = -indentation(first) * ratio  # h_rms in the unit of δ
 
     def load(t: float) -> float:
         """Force over N π w R with the plane at t h_rms above the mean of the summits."""
-        top = (max(t, 0.0) + 9 - t) * unit
-        high = 2 + math.sqrt(max(top, 0.0))
+        # Summits of 9 h_rms and more above and below the mean do not count.
+        bottom, top = (-9 - t) * unit, (9 - t) * unit
+        if top <= indentation(first):
+            return 0.0
+        low = brentq(lambda a: indentation(a) - bottom, first, far(bottom)) if bottom > indentation(first) else first
         # 4001 points resolve the Gaussian, whose width in a is at least 1/20 of the interval.
-        a = np.linspace(first, brentq(lambda a: indentation(a) - top, first, 2 * high), 4001)
+        a = np.linspace(low, brentq(lambda a: indentation(a) - top, low, far(top)), 4001)
         root = np.sqrt(6 * a)
         z = t + (a * a - 2 / 3 * root) / unit
         # Force at each a, times dδ/da.
@@ -131,10 +138,9 @@ def _largest_tension(load: Callable[[float], float], low: float, high: float) ->
     """Largest tension over all positions of the plane."""
     steps = np.linspace(low, high, 121)
     best = int(np.argmin([load(float(t)) for t in steps]))
-    # It is never at the lower end, where all asperities are pressed; without any tension it is at the upper one.
-    bounds = float(steps[best - 1]), float(steps[min(best + 1, steps.size - 1)])
+    bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
     found = minimize_scalar(load, bounds=bounds, method="bounded", options={"xatol": 1e-8})
-    return -float(found.fun)
+    return max(-float(found.fun), 0.0)  # apart they do not pull
 
 
 def conformal_energy(wavenumber: Real, power: Real, contact_modulus: float = 1.0) -> float:
@@ -176,8 +182,7 @@ def bearing_area_limit(ratio: float) -> float:
     # The maximum lies at x = 2 for a short range, and moves out with it; beyond 300 all contacts are sticky.
     steps = np.linspace(0.0, min(6.0 + 4 / ratio, 300.0), 400)
     best = int(np.argmax(gain(steps)))
-    # It is never at the lower end, where all asperities are pressed; without any tension it is at the upper one.
-    bounds = float(steps[best - 1]), float(steps[min(best + 1, steps.size - 1)])
+    bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
     found = minimize_scalar(lambda x: -float(gain(x)), bounds=bounds, method="bounded")
     return float(-found.fun / (0.75 * 2 * np.pi))
 

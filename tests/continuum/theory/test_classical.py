@@ -273,6 +273,20 @@ def test_pull_off_of_asperities_falls_from_one_to_nothing() -> None:
         assert found[5] < 0.05
 
 
+@pytest.mark.parametrize("ratio", [1e-9, 1e-6, 1e-4, 1e-3])
+def test_smooth_asperities_pull_together(ratio: float) -> None:
+    """Fuller and Tabor's was 32 times too large at 1e-6, as the heights were narrower than the step of the sum."""
+    assert rough.fuller_tabor(ratio) == pytest.approx(1, abs=ratio + 1e-8)  # xatol of the position
+    # In DMT's limit the first to be pressed cost a force that falls as the root of the cube.
+    assert rough.dmt_asperities(ratio) == pytest.approx(1, abs=10 * ratio**1.5 + 1e-8)
+
+
+@pytest.mark.parametrize("ratio", [1e2, 1e5, 1e8])
+def test_the_roughest_asperities_do_not_pull_and_do_not_push(ratio: float) -> None:
+    """Fuller and Tabor's was -47 at 1e8: the load of the summits that are still touched at the last position."""
+    assert rough.fuller_tabor(ratio) == rough.dmt_asperities(ratio) == 0.0
+
+
 def test_energy_of_full_contact() -> None:
     # One wave of amplitude Δ: the traction E* q/2 Δ cos does the work E* q Δ²/8 per area.
     q, amplitude = 0.3, 0.7
