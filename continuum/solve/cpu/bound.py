@@ -179,7 +179,7 @@ class CpuBoundEngine(TiledEngine):
         nx, ny = self.grid.shape
         marked: Mask = np.zeros((nx // SIDE, ny // SIDE), dtype=np.bool_)
         self.sweep("mark_tiles", p=p, z=z, below=below, out=marked)
-        if not 0 < marked.mean() <= MOST:
+        if not self.pays(marked, MOST):
             return None
         split.G_far[0, 0] = self.G[0, 0]
         return CpuTileEngine(self, split, marked)

@@ -32,10 +32,12 @@ SMOOTH, STIFF_SMOOTH = 4.2, 4.8
 """Widths of the Gaussians that the far fields of G and K are smoothed with, in points."""
 BOX = 256
 """Side of the periodic box in which near fields are found, in points."""
-SMALLEST = 2**19
+SMALLEST = 2**18
 """Grids of fewer points have no tiles: there calls, not points, would take the time."""
 MOST, MOST_SMOOTH = 0.25, 0.1
 """Share of tiles beyond which the whole grid is as fast: under a bound, and under a law."""
+SMALL_SHARE = 0.7
+"""Part of that share on grids of less than twice as many points as the smallest."""
 MARGIN = 0.05
 """A tile is near the wall where a gap is within so much of the range of the law, in a0."""
 
@@ -171,9 +173,13 @@ class TiledEngine(CpuEngine):
     def _fits(self) -> bool:
         return self.size >= SMALLEST and not any(n % BOX for n in self.grid.shape)
 
+    def pays(self, marked: Mask, most: float) -> bool:
+        """Whether there are tiles, and few enough."""
+        return bool(0 < marked.mean() <= (most if self.size >= 2 * SMALLEST else SMALL_SHARE * most))
+
     def _on(self, law: Law, marked: Mask) -> Split | None:
         """The response on these tiles of a wall; None where they do not pay, or there is none."""
-        if not 0 < marked.mean() <= MOST_SMOOTH or not (self._held or self.K[0, 0] > 0):
+        if not self.pays(marked, MOST_SMOOTH) or not (self._held or self.K[0, 0] > 0):
             return None
         wall = _stiffness(law)
         split = self.split(wall) if wall > 0 else None

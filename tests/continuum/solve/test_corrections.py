@@ -28,7 +28,7 @@ NEVER = 2**20
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tiles on grids on which they would not pay."""
-    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**16)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**15)
     monkeypatch.setattr(tiles_of_cpu, "MOST_SMOOTH", 0.5)
 
 

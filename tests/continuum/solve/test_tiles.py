@@ -28,7 +28,7 @@ SETTINGS = Settings(1e-7)
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tiles on grids on which they would not pay."""
-    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**16)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**15)
 
 
 def heights(grid: Grid, seed: int = 1) -> Real:
@@ -106,7 +106,7 @@ def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: Spots) -> Non
 
 def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tuple[Solution, Solution]:
     """A state with tiles and without."""
-    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**16)
+    monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**15)
     tiled = solve()
     monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**20)
     whole = solve()
