@@ -16,7 +16,7 @@ from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.state import Branch, Control, PathState, gone, state_of
 from continuum.solve.non_periodic import NonPeriodicSolver
-from continuum.solve.solution import Closer, Settings, Solution, Status, Work
+from continuum.solve.solution import Closer, Settings, Solution, Status
 from continuum.solve.solver import Solver
 
 STRETCH = 50
@@ -133,8 +133,7 @@ def _pull(
 def _joined(first: Solution, second: Solution) -> Solution:
     """The second of two stretches, with the work of both."""
     (a, *others), (b, *more) = first.work, second.work
-    finest = Work(a.shape, a.fft_pairs + b.fft_pairs, a.sweeps + b.sweeps, a.fft_seconds + b.fft_seconds)
-    work = (finest, *others, *more)  # coarser grids, and boxes, are not those of each stretch
+    work = (a.plus(b), *others, *more)  # coarser grids, and boxes, are not those of each stretch
     return replace(
         second,
         iterations=first.iterations + second.iterations,

@@ -16,6 +16,7 @@ of g, by a few conjugate directions that the grid below it helps in the same way
 snapping, which make M g slow, are resolved there at a fraction of the cost.  The coarse step is a direction only: line
 search and gradient are those of the fine grid.  Where a rim snaps, from one row of points to the next, that does not
 help either: a solve that stalls goes down in small boxes there (:mod:`continuum.solve.boxes`), and on from that state.
+If it stalls far from equilibrium, as a large part of the contact snaps, coarser grids carry it over, in fewer steps.
 
 No contact mechanics here: K, the offset and a law of the gap are all that it knows.  No field either: those belong to
 the grids, whose operations (:class:`continuum.solve.smooth_grid.SmoothGrid`) return scalars.
@@ -25,6 +26,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -35,10 +37,12 @@ from continuum.solve.conjugate import Line, conjugate_line
 from continuum.solve.smooth_grid import LinearGrid, SmoothGrid
 from continuum.solve.solution import Closer, Iteration, Settings, Solution, Status
 
-COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
-"""Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for; measured optimum."""
+COARSE_TOLERANCES, WARM_TOLERANCES = (3e1, 1e2, 1e3, 1e4), (1e2, 1e3, 1e3, 1e4)
+"""Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for, and of one from a state
+that is at hand; measured optimum."""
 CLOSE = 1e3
-"""A start whose residual is at most so many tolerances is not taken to coarser grids: these bring it no closer."""
+"""A start whose residual is at most so many tolerances is not taken to coarser grids: these bring it no closer.  Nor is
+a solve that stalls: farther from equilibrium a part of the surface snaps, and coarser grids carry it over."""
 COARSE_LIMIT = 400
 """Iterations on each coarser grid of a cold start, at most."""
 COARSE_ITERATIONS, COARSE_REDUCTION = 4, 0.3
@@ -112,22 +116,24 @@ def _solve(
         # Coarser grids prepare for the finer tolerance, which the solve may go on to.
         settings = replace(settings, tolerance=closer.tolerance)
     if depth:
-        tolerance, iterations = tolerance * COARSE_TOLERANCES[depth - 1], min(iterations, COARSE_LIMIT)
+        factors = WARM_TOLERANCES if started else COARSE_TOLERANCES
+        tolerance, iterations = tolerance * factors[depth - 1], min(iterations, COARSE_LIMIT)
     coarse = grid.coarser if depth < (settings.warm_grids if started else len(COARSE_TOLERANCES)) else None
+    descend = partial(_descend, grid, levels, settings.shift, tolerance, closer=closer, boxes=not (depth and started))
     if started:
         grid.go_to_start()
-        status = _descend(grid, levels, settings.shift, tolerance, 0 if coarse else iterations, history, closer)
+        status = descend(0 if coarse else iterations, history)
         if coarse is None or status is not Status.ITERATION_LIMIT:
             return status
-        if history.pop().residual <= CLOSE * (settings.tolerance if depth == 0 else tolerance):
-            return _descend(grid, levels, settings.shift, tolerance, iterations, history, closer, complete=True)
+        if history.pop().residual <= CLOSE * settings.tolerance:
+            return descend(iterations, history, complete=True)
     if coarse is None:
         grid.go_to_zero()
     else:
         grid.set_coarser_problem(started=started)
         _solve(coarse, levels, settings, depth + 1, [], started=started)
         grid.go_to_coarser()
-    return _descend(grid, levels, settings.shift, tolerance, iterations, history, closer)
+    return descend(iterations, history)
 
 
 def _stalls(history: list[Iteration], iterations: int) -> bool:
@@ -145,6 +151,16 @@ def _relax_boxes(grid: SmoothGrid, shift: float, bound: float) -> float:
         return minimise(box, 1, law, offset, start, settings, pressure=0.0, lift=0.0, mean_stiffness=mean)
 
     return grid.relax_boxes(descend)
+
+
+def _unstick(grid: SmoothGrid, levels: int, shift: float, bound: float, target: float, *, snaps: bool) -> float:
+    """Go on where a solve stalls: on coarser grids, or in boxes; returns the change of the energy, or NaN."""
+    if snaps and grid.hand_down():
+        assert grid.coarser is not None
+        _solve(grid.coarser, levels, Settings(target, shift=shift), 1, [], started=True)
+        grid.go_to_coarser()
+        return np.nan
+    return _relax_boxes(grid, shift, bound)
 
 
 class _Step(NamedTuple):
@@ -172,11 +188,15 @@ def _descend(
     closer: Closer | None = None,
     *,
     complete: bool = False,
+    boxes: bool = True,
 ) -> Status:
-    """Minimise on one level from its z and g, which is complete or lacks the traction of the wall."""
+    """Minimise on one level from its z and g, which is complete or lacks the traction of the wall.
+
+    Without ``boxes`` it is only a start that is looked for, and may stall.
+    """
     coarse = grid.linear is not None and levels > 1
     line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
-    energy, moved = 0.0, len(history)
+    energy, moved, since, carried = 0.0, len(history), len(history), 0
     loose, finer = bound, False
     for iteration in range(iterations + 1):
         known = complete and iteration == 0
@@ -195,9 +215,15 @@ def _descend(
             bound, finer = closer.tolerance, True
         if iteration == iterations:
             return Status.ITERATION_LIMIT
-        if grid.boxes is not None and _stalls(history, len(history) - 1 - moved):
-            moved = len(history) - 1
-            energy += _relax_boxes(grid, shift, bound)
+        if boxes and grid.boxes is not None and _stalls(history, len(history) - 1 - moved):
+            moved, target = len(history) - 1, bound if closer is None else closer.tolerance
+            if closer is not None and not finer and closer.hopeless is not None and closer.hopeless(grid.look()):
+                return Status.STOPPED
+            snaps = residual > CLOSE * target and len(history) - since > PATIENCE << carried
+            change = _unstick(grid, levels, shift, bound, target, snaps=snaps)
+            if not np.isfinite(change):
+                since, carried = len(history), carried + 1
+            energy += change
             line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
             continue
         conjugate = True

@@ -32,6 +32,11 @@ class Work(NamedTuple):
     fft_seconds: float
     """Time in transforms, of all threads divided by their number."""
 
+    def plus(self, other: Work) -> Work:
+        """Both, on the same grid."""
+        pairs, sweeps = self.fft_pairs + other.fft_pairs, self.sweeps + other.sweeps
+        return Work(self.shape, pairs, sweeps, self.fft_seconds + other.fft_seconds)
+
 
 class Status(enum.Enum):
     """How a solve ended.  Each failure names its usual cause and what helps."""
@@ -42,6 +47,7 @@ class Status(enum.Enum):
     ENERGY_ROSE = "energy rose: energy and traction of the wall law do not belong to one another"
     NON_FINITE = "a value is not finite: the start or the input is out of range"
     SADDLE = "a saddle, not a minimum, which symmetry of the start may keep: perturb the start or the heights"
+    STOPPED = "stopped on the way to a state that is not wanted: a search looks at it nearer to where it began"
     BELOW_CORE = "the surface went below the core of the wall law, where it is only continued: lower the core"
 
     @property
@@ -93,6 +99,8 @@ class Closer(NamedTuple):
     """In E*."""
     worth: Callable[[Real], bool]
     """Whether to go on, from the gap so far, which is not to be changed or kept."""
+    hopeless: Callable[[Real], bool] | None = None
+    """Whether to stop where the solve stalls, from the same."""
 
 
 class Iteration(NamedTuple):
@@ -101,7 +109,7 @@ class Iteration(NamedTuple):
     residual: float
     """Root-mean-square gradient, in E*."""
     energy: float
-    """Energy per area relative to the start, in E* a0."""
+    """Energy per area relative to the start, in E* a0; NaN once coarser grids have carried it over a snap."""
     step: float
     """Length α of the step along the direction."""
 
