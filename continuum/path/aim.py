@@ -15,6 +15,8 @@ from continuum.path.state import Branch, Outcome, PathState, Search, event, near
 from continuum.solve.solution import Closer, Settings
 from continuum.solve.solver import Solver
 
+LITTLE = 0.3
+"""What is left of ln(area) at most for a step without a trial: by the slope, which is known to a fifth or so."""
 NEAR = 3.0
 """Tolerances from the target that a coarser grid comes to in any case; it is asked for where to begin only."""
 FEWEST, STEEPEST = 20.0, 4.0
@@ -85,6 +87,20 @@ class Aim:
             if STEEPEST * asperity_slope(self.problem, self.target) < slope < 0:
                 self.work.slope = slope
 
+    def saw_on_path(self, one: PathState, other: PathState) -> None:
+        """Keep the slope between two states of a path, halfway to that of the summits at the target."""
+        self.saw(one, other)
+        self.work.slope = -float(np.sqrt(self.work.slope * asperity_slope(self.problem, self.target)))
+
+    def jumped_over(self, last: PathState, older: PathState) -> bool:
+        """Whether a path has jumped over the target, from its last state to the older one."""
+        same = (older.branch == "retract") == (self.branch == "retract")
+        return same and (older.totals.area_rep - self.target) * (last.totals.area_rep - self.target) < 0
+
+    def jumped_towards(self, last: PathState, older: PathState) -> bool:
+        """Whether it has jumped from its last state to the older one, and the target lies farther on."""
+        return (older.totals.area_rep - last.totals.area_rep) * (self.target - older.totals.area_rep) > 0
+
     @property
     def slope(self) -> float:
         """Change of ln(area) over that of the mean gap that the search saw last, or that of the surface, in 1/a0."""
@@ -126,7 +142,8 @@ class Aim:
         if near:
             settings = replace(settings, warm_grids=0)
         worth = partial(self._worth, None if before is None else before.totals.area_rep, jump)
-        closer = Closer(self.settings.tolerance, worth) if self.rough_at(settings.tolerance) else None
+        stop = partial(self._passed, before.totals.area_rep) if before is not None and self.guesses else None
+        closer = Closer(self.settings.tolerance, worth, stop) if self.rough_at(settings.tolerance) else None
         state = equilibrium(self.problem, nearness(self.problem), at, settings, start, self.branch, self.solver, closer)
         return self.work.add(state)
 
@@ -136,6 +153,12 @@ class Aim:
         over = area - self.target
         serves = (over * self.side if self.side else abs(over)) <= self.allowed
         return bool(serves or (before is not None and abs(area - before) > jump))
+
+    def _passed(self, before: float, gap: Real) -> bool:
+        """Whether a trial that stalls has gone far over the target, seen from an area before it: there is a jump."""
+        size, area = self.problem.grid.size, np.count_nonzero(self.problem.wall.touches(gap)) / self.problem.grid.size
+        over = area_logarithm(area, size) - area_logarithm(self.target, size)
+        return bool(over * np.sign(self.target - before) > LITTLE)
 
     def rough_at(self, residual: float) -> bool:
         """Whether a state of this residual, or a tolerance, is not what is asked for."""

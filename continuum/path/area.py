@@ -25,13 +25,14 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.path.aim import NEAR, Aim, SearchWork, loosened
+from continuum.path.aim import LITTLE, NEAR, Aim, SearchWork, loosened
 from continuum.path.coarser import carried_gap, coarser_problem
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.full_contact import NEARLY_FULL, find_nearly_full
 from continuum.path.secant import (
     area_logarithm,
     attracts_little,
+    excess_range,
     lowest_height,
     rough_slope,
     sample,
@@ -47,7 +48,7 @@ from continuum.path.state import (
     nearness,
     numbers,
 )
-from continuum.solve.solution import Settings
+from continuum.solve.solution import Settings, Status
 from continuum.solve.solver import Solver
 
 NARROW = 0.5
@@ -59,11 +60,10 @@ FARTHER, NO_FARTHER = 1000.0, 1e-4
 COLD_TRIALS = 4
 """Mean gaps that are tried from the undeformed surface, before the search begins where nothing touches."""
 JUMP_STEP, JUMP_TRIALS = 4.0, 4
-"""Where a coarser grid has jumped over the area, first step in units of its bracket, and steps, each as many times the
+"""Where a coarser grid has jumped over the area: steps, the first as long as its bracket and each so many times the
 last, in which a state before the jump is looked for."""
-APART_TRIALS, LITTLE = 3, 0.3
-"""Trials from the state of a coarser grid, and what is left of ln(area) at most for one after the other, or for a step
-without a trial: by the slope, which is known to a fifth or so."""
+APART_TRIALS = 3
+"""Trials from the state of a coarser grid, one after the other, by a little of ln(area)."""
 CARRIED = 30.0
 """Tolerance of the state that is carried to a finer grid, in units of that grid's: what the finer grid adds is more."""
 COARSER, LAST = 3.0, 0.5
@@ -109,21 +109,24 @@ def find_area(
     aim = Aim(problem, target, settings, loose, search, branch, solver, work, side)
     if target > NEARLY_FULL and problem.wall.bound == 0 and problem.open_boundary is None:
         return _nearly_full(aim, known)
-    after = None
+    after = ahead = None
     if known:
         older = known[0] if len(known) == 2 else None
         del known[:-1]
         if aim.met(known[0]):
             return _again(aim, known[0])
         if older is not None:
-            aim.saw(older, known[0])
-            after = older if _beyond(older, known[0], target, branch) else None
+            after = older if aim.jumped_over(known[0], older) else None
+            if branch == "approach":
+                # On the way back contacts are held that long steps lose.
+                aim.saw_on_path(older, known[0])
+                ahead = older if aim.jumped_towards(known[0], older) else None
     else:
         first, after = _apart(aim)
         known.append(first)
         if not first.status.ok:
             return aim.done(known.pop())
-    return _close_in(aim, known, _Bracket(aim, after))
+    return _close_in(aim, known, _Bracket(aim, after, ahead))
 
 
 def _nearly_full(aim: Aim, known: list[PathState]) -> PathState:
@@ -154,6 +157,9 @@ def _close_in(aim: Aim, known: list[PathState], bracket: _Bracket) -> PathState:
         if enough and not rough:
             return aim.done(before)
         at, closed = bracket.next(before)
+        if closed and aim.guesses and not rough:
+            # Where the jump is tells where to begin; the state beyond it is not asked for.
+            return aim.done(before, Outcome.JUMPED_OVER, bracket.after)
         if rough and (closed or enough):
             # The last state to the full tolerance.
             now = aim.settings
@@ -174,6 +180,10 @@ def _close_in(aim: Aim, known: list[PathState], bracket: _Bracket) -> PathState:
             near = aim.adhesive and (misled or closed or bracket.trials > 1)
             jump = bracket.jump(before, at) if near and not (rough or closed) else np.inf
             state = aim.trial(at, aim.settings if closed else now, before.gap, near=near, before=before, jump=jump)
+            if state.status is Status.STOPPED:
+                # A coarser grid, where it is known by now that there is a jump: how far it goes is not asked for.
+                bracket.after, bracket.jumps = numbers(state), True
+                continue
             over = state.status.ok and not (aim.met(state) or aim.short(state, before))
             if over and (closed or bracket.is_jump(before, state, jump)):
                 return aim.done(before, Outcome.JUMPED_OVER, state)
@@ -208,10 +218,10 @@ def _before(aim: Aim, beyond: PathState) -> PathState:
 class _Bracket:
     """The mean gaps between which the target lies: of the last state before it and, if known, of one beyond it."""
 
-    def __init__(self, aim: Aim, after: PathState | None) -> None:
-        self.aim, self.after = aim, after
+    def __init__(self, aim: Aim, after: PathState | None, ahead: PathState | None = None) -> None:
+        self.aim, self.after, self.ahead = aim, after, ahead
         self.width, self.span, self.slow = np.inf, np.inf, 0
-        self.step, self.stalled = 0.0, False
+        self.step, self.stalled, self.jumps = 0.0, False, False
         self.trials = 0
 
     def next(self, before: PathState) -> tuple[float, bool]:
@@ -241,9 +251,16 @@ class _Bracket:
         """Next mean gap outside of the bracket; farther if the last step did not get halfway."""
         problem, target, resolution = self.aim.problem, self.aim.target, self.aim.search.area_resolution
         self.width, self.span, self.slow, self.trials = np.inf, np.inf, 0, 0
+        ahead, self.ahead = self.ahead, None
+        if ahead is not None:
+            # From beyond the jump; the step is also over what has been jumped over.
+            at = max(height(problem, ahead) + self.aim.left(ahead) / self.aim.slope, lowest_height(problem))
+            self.step = abs(height(problem, before) - at)
+            return at
         guess = step_to(problem, before, target, self.aim.work.slope)
         if self.aim.work.jump > 0:
-            guess, self.aim.work.jump = JUMP_STEP * self.aim.work.jump, 0.0
+            # A trial short of the jump is cheap, one beyond is not.
+            guess, self.aim.work.jump, self.jumps = self.aim.work.jump, 0.0, True
         self.step = max(guess, 2 * self.step if self.stalled else resolution)
         at, step = height(problem, before), self.step if before.totals.area_rep < target else -self.step
         return max(at - step, (at + lowest_height(problem)) / 2)
@@ -260,15 +277,9 @@ class _Bracket:
         closed = self.width <= self._resolution(before) * (1 / 16 if shrinks else 1.0)
         self.slow += self.width > old / 2
         fraction = 1.0 if closed else 0.5
-        if not closed and self.slow <= 1:
+        if not (closed or self.slow > 1 or (self.jumps and abs(self.aim.left(after)) > LITTLE)):
             fraction = secant_fraction(before, after, self.aim.target, self.aim.problem.grid.size)
         return far + fraction * (near - far), closed
-
-
-def _beyond(older: PathState, last: PathState, target: float, branch: Branch) -> bool:
-    """Whether the path has jumped over the target before, from the last state to the older one."""
-    same = (older.branch == "retract") == (branch == "retract")
-    return same and (older.totals.area_rep - target) * (last.totals.area_rep - target) < 0
 
 
 # --- where no state is known -------------------------------------------------------------------------------
@@ -322,8 +333,8 @@ def _undeformed(aim: Aim, beyond: PathState | None) -> tuple[PathState, PathStat
         """Where, undeformed, this part of the target would overlap."""
         return problem.wall.zero_gap + level - float(np.quantile(heights, min(part * aim.target, 1.0)))
 
-    # Of what would overlap, a little less than a half touches; strong attraction adds to it.
-    first = [overlapping(part) for part in (1.2 if weak else 0.8, 0.5, 0.1)]
+    # Of what would overlap, a little less than a half touches; strong attraction adds what it reaches.
+    first = [overlapping(part) + excess_range(problem) for part in (1.2 if weak else 0.8, 0.5, 0.1)]
     at = next((each for each in first if each > lowest_height(problem)), np.nan)
     for attempt in range(COLD_TRIALS if np.isfinite(at + rough_slope(problem)) else 0):
         state = aim.trial(at, aim.loose, None)

@@ -128,7 +128,7 @@ def follow(
             raise ArgumentError("mean-gap", target, f"another control along a path where the wall yields: {YIELDS}")
         here = settled(problem, good)
         imprint = good[-1].imprint if good else None
-        branch = _branch(control, target, good)
+        branch, last = _branch(control, target, good), [numbers(state) for state in good[-1:]]
         if lost is not None and control == "mean-pressure" and target <= lost.target:
             yield gone(here, target, branch)
             continue
@@ -146,7 +146,7 @@ def follow(
         if lost is not None and good and not state.events:
             state = replace(state, events=(event(control, branch, good[-1], state),))
         if state.status.ok:
-            good[:] = [*map(numbers, good[-1:]), kept(state)]
+            good[:] = [*(last if control == "repulsive-area" else map(numbers, good[-1:])), kept(state)]
         elif state.beyond is not None:
             good[:] = [numbers(state.beyond), kept(state)]
         yield state

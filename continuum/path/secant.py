@@ -19,6 +19,11 @@ WEAK = 0.3
 """Range, in h_rms, up to which the attraction adds little to the area where a search begins."""
 
 
+def excess_range(problem: ContactProblem) -> float:
+    """Range of the attraction beyond that which adds little to the area, in a0."""
+    return max(min(problem.wall.range, 10.0) - WEAK * float(sample(problem.heights).std()), 0.0)
+
+
 def attracts_little(problem: ContactProblem) -> bool:
     """Whether a search may count on the area of rough surfaces without adhesion, or nearly so."""
     return problem.wall.range < WEAK * float(sample(problem.heights).std())

@@ -125,6 +125,14 @@ class Boxes:
                 rise += change * self.grid.size / self.of.size
         return rise, pairs
 
+    def carried(self, stiffness: Real) -> bool:
+        """Whether the next coarser grid of the surface has four points for the shortest wave that snaps.
+
+        That is the one as stiff as the softest point of the wall is soft; ``stiffness`` is that of the wall.
+        """
+        (nx, ny), K = self.grid.shape, self.stiffness_q
+        return bool(stiffness.min() >= -min(K[0, ny // 8], K[nx // 8, 0]))
+
     def offset(self, z: Real, f: Real) -> Real:
         """The gap at which the surface of a box would rest without a wall, by the force f of the substrate."""
         return z + self.grid.inverse(self.grid.forward(f) / self.stiffness_q, overwrite=True)

@@ -16,6 +16,7 @@ of g, by a few conjugate directions that the grid below it helps in the same way
 snapping, which make M g slow, are resolved there at a fraction of the cost.  The coarse step is a direction only: line
 search and gradient are those of the fine grid.  Where a rim snaps, from one row of points to the next, that does not
 help either: a solve that stalls goes down in small boxes there (:mod:`continuum.solve.boxes`), and on from that state.
+If it stalls far from equilibrium, as a large part of the contact snaps, coarser grids carry it over, in fewer steps.
 
 On large grids with little contact all of this is what remains where tiles near the wall do not lead to the end
 (:mod:`continuum.solve.corrections`): these need three pairs of the whole grid.
@@ -28,6 +29,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -39,10 +41,12 @@ from continuum.solve.corrections import correct_coarser, correct_start
 from continuum.solve.smooth_grid import LinearGrid, SmoothGrid
 from continuum.solve.solution import Closer, Goal, Iteration, Settings, Solution, Status
 
-COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
-"""Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for; measured optimum."""
+COARSE_TOLERANCES, WARM_TOLERANCES = (3e1, 1e2, 1e3, 1e4), (1e2, 1e3, 1e3, 1e4)
+"""Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for, and of one from a state
+that is at hand; measured optimum."""
 CLOSE = 1e3
-"""A start whose residual is at most so many tolerances is not taken to coarser grids: these bring it no closer."""
+"""A start whose residual is at most so many tolerances is not taken to coarser grids: these bring it no closer.  Nor is
+a solve that stalls: farther from equilibrium a part of the surface snaps, and coarser grids carry it over."""
 FAR = 1e5
 """A start whose residual is larger is not taken to tiles: conjugate gradients bring it closer in fewer pairs."""
 COARSE_LIMIT = 400
@@ -118,21 +122,23 @@ def _solve(
         # Coarser grids prepare for the finer tolerance, which the solve may go on to.
         settings = replace(settings, tolerance=closer.tolerance)
     if depth:
-        tolerance, iterations = tolerance * COARSE_TOLERANCES[depth - 1], min(iterations, COARSE_LIMIT)
+        factors = WARM_TOLERANCES if started else COARSE_TOLERANCES
+        tolerance, iterations = tolerance * factors[depth - 1], min(iterations, COARSE_LIMIT)
     goal = Goal(tolerance, closer)
     coarse = grid.coarser if depth < (settings.warm_grids if started else len(COARSE_TOLERANCES)) else None
+    descend = partial(_descend, grid, levels, settings.shift, goal, boxes=not (depth and started))
     if started:
         grid.go_to_start()
         tiled = grid.has_tiles()
-        status = _descend(grid, levels, settings.shift, goal, 0 if coarse or tiled else iterations, history)
+        status = descend(0 if coarse or tiled else iterations, history)
         if not (coarse or tiled) or status is not Status.ITERATION_LIMIT:
             return status
-        distance = history.pop().residual / (settings.tolerance if depth == 0 else tolerance)
+        distance = history.pop().residual / settings.tolerance
         if coarse is None or distance <= CLOSE:
             corrected = correct_start(grid, goal, history, iterations) if tiled and distance <= FAR else None
             if corrected:
                 return Status.CONVERGED
-            return _descend(grid, levels, settings.shift, goal, iterations, history, complete=corrected is None)
+            return descend(iterations, history, complete=corrected is None)
     if coarse is None:
         grid.go_to_zero()
     else:
@@ -143,7 +149,7 @@ def _solve(
             return Status.CONVERGED
         if corrected is None:
             grid.go_to_coarser()
-    return _descend(grid, levels, settings.shift, goal, iterations, history)
+    return descend(iterations, history)
 
 
 def _stalls(history: list[Iteration], iterations: int) -> bool:
@@ -161,6 +167,16 @@ def _relax_boxes(grid: SmoothGrid, shift: float, bound: float) -> float:
         return minimise(box, 1, law, offset, start, settings, pressure=0.0, lift=0.0, mean_stiffness=mean)
 
     return grid.relax_boxes(descend)
+
+
+def _unstick(grid: SmoothGrid, levels: int, shift: float, goal: Goal, *, snaps: bool) -> float:
+    """Go on where a solve stalls: on coarser grids, or in boxes; returns the change of the energy, or NaN."""
+    if snaps and grid.hand_down():
+        assert grid.coarser is not None
+        _solve(grid.coarser, levels, Settings(goal.last, shift=shift), 1, [], started=True)
+        grid.go_to_coarser()
+        return np.nan
+    return _relax_boxes(grid, shift, goal.bound)
 
 
 class _Step(NamedTuple):
@@ -187,11 +203,15 @@ def _descend(
     history: list[Iteration],
     *,
     complete: bool = False,
+    boxes: bool = True,
 ) -> Status:
-    """Minimise on one level from its z and g, which is complete or lacks the traction of the wall."""
+    """Minimise on one level from its z and g, which is complete or lacks the traction of the wall.
+
+    Without ``boxes`` it is only a start that is looked for, and may stall.
+    """
     coarse = grid.linear is not None and levels > 1
     line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
-    energy, moved = 0.0, len(history)
+    energy, moved, since, carried = 0.0, len(history), len(history), 0
     for iteration in range(iterations + 1):
         known = complete and iteration == 0
         sums = grid.gradient(shift, step.length, line.beta, coarse=coarse, complete=known)
@@ -204,9 +224,15 @@ def _descend(
             return Status.CONVERGED
         if iteration == iterations:
             return Status.ITERATION_LIMIT
-        if grid.boxes is not None and _stalls(history, len(history) - 1 - moved):
+        if boxes and grid.boxes is not None and _stalls(history, len(history) - 1 - moved):
             moved = len(history) - 1
-            energy += _relax_boxes(grid, shift, goal.bound)
+            if goal.hopeless(grid.look):
+                return Status.STOPPED
+            snaps = residual > CLOSE * goal.last and len(history) - since > PATIENCE << carried
+            change = _unstick(grid, levels, shift, goal, snaps=snaps)
+            if not np.isfinite(change):
+                since, carried = len(history), carried + 1
+            energy += change
             line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
             continue
         conjugate = True

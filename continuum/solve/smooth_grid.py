@@ -186,9 +186,8 @@ class SmoothGrid(_Descending):
     @property
     def work(self) -> list[Work]:
         """What was done for the problem at hand on this grid, on coarser ones, linear problems too, and in boxes."""
-        linear = self.linear.chain if self.linear else []
-        pairs = zip(self.chain[1:], linear, strict=True)
-        grids = [self.engine.work, *(one.engine.work.plus(other.engine.work) for one, other in pairs)]
+        both = zip(self.chain[1:], self.linear.chain if self.linear else [], strict=True)
+        grids = [self.engine.work, *(one.engine.work.plus(other.engine.work) for one, other in both)]
         return grids + [Work(g.boxes.grid.shape, g.box_pairs, 0, 0.0) for g in self.chain if g.boxes is not None]
 
     def set_problem(
@@ -233,11 +232,6 @@ class SmoothGrid(_Descending):
         """The grid itself and all coarser ones."""
         return [self, *(self.coarser.chain if self.coarser else [])]
 
-    @property
-    def _below(self) -> SmoothGrid:
-        assert self.coarser is not None
-        return self.coarser
-
     # --- where it starts -----------------------------------------------------------------------------------
 
     def set_coarser_problem(self, *, started: bool) -> None:
@@ -245,7 +239,7 @@ class SmoothGrid(_Descending):
 
         The latter is its start; the offset lies in the memory of d, which is lost.
         """
-        below = self._below
+        below = self.chain[1]
         below._begin()
         if started:
             below.engine.inverse(below.z)
@@ -271,6 +265,16 @@ class SmoothGrid(_Descending):
         self._elastic()
         self._press()
 
+    def hand_down(self) -> bool:
+        """After :meth:`gradient`: let the coarser grid begin at the state at hand, if it carries what snaps."""
+        if self.coarser is None or self.boxes is None or self.pressure < 0:
+            return False
+        if carried := self.boxes.carried(self.stiffness):
+            self.go_to_start()
+            self.traction = self.stiffness = None  # coarser grids have the memory meanwhile
+            self.set_coarser_problem(started=True)
+        return carried
+
     def go_to_zero(self) -> None:
         """Begin at u = 0: z, and g without the wall."""
         self.engine.fill(self.z, 0.0)
@@ -281,7 +285,7 @@ class SmoothGrid(_Descending):
 
     def go_to_coarser(self) -> None:
         """Begin at the displacement of the coarser grid, without shorter waves; at u = 0 if that is not finite."""
-        below = self._below
+        below = self.chain[1]
         # A coarse grid that failed is no start: this one begins from rest.
         if not np.isfinite(below._displace()):
             below.clear()
@@ -380,7 +384,7 @@ class SmoothGrid(_Descending):
 
     def has_tiles(self, *, below: bool = False) -> bool:
         """Whether tiles near the wall pay, by the gap at hand or by that of the coarser grid."""
-        known = self._below if below else self
+        known = self.chain[1 if below else 0]
         return self.engine.has_tiles(known.engine, known.z, self.law)
 
     def look(self) -> Real:

@@ -47,6 +47,7 @@ class Status(enum.Enum):
     ENERGY_ROSE = "energy rose: energy and traction of the wall law do not belong to one another"
     NON_FINITE = "a value is not finite: the start or the input is out of range"
     SADDLE = "a saddle, not a minimum, which symmetry of the start may keep: perturb the start or the heights"
+    STOPPED = "stopped on the way to a state that is not wanted: a search looks at it nearer to where it began"
     BELOW_CORE = "the surface went below the core of the wall law, where it is only continued: lower the core"
 
     @property
@@ -98,6 +99,8 @@ class Closer(NamedTuple):
     """In E*."""
     worth: Callable[[Real], bool]
     """Whether to go on, from the gap so far, which is not to be changed or kept."""
+    hopeless: Callable[[Real], bool] | None = None
+    """Whether to stop where the solve stalls, from the same."""
 
 
 @dataclass
@@ -122,6 +125,16 @@ class Goal:
         self._loose, self.bound = self.bound, closer.tolerance
         return False
 
+    @property
+    def last(self) -> float:
+        """The residual at which a solve ends that goes on to the finer one."""
+        return self.closer.tolerance if self.closer else self.bound
+
+    def hopeless(self, look: Callable[[], Real]) -> bool:
+        """Whether a solve that stalls may stop: not once its gap was worth to go on."""
+        closer = self.closer
+        return bool(closer and not self._loose and closer.hopeless is not None and closer.hopeless(look()))
+
 
 class Iteration(NamedTuple):
     """One line of the history of a solve, on the finest grid."""
@@ -129,7 +142,7 @@ class Iteration(NamedTuple):
     residual: float
     """Root-mean-square gradient, in E*."""
     energy: float
-    """Energy per area relative to the start, in E* a0."""
+    """Energy per area relative to the start, in E* a0; NaN once coarser grids have carried it over a snap."""
     step: float
     """Length α of the step along the direction."""
 

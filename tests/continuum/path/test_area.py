@@ -17,7 +17,7 @@ from continuum.model.surface import SelfAffine
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.path.equilibrium import equilibrium
 from continuum.path.full_contact import pressure_of_full_contact
-from continuum.path.loading import solve
+from continuum.path.loading import follow, solve
 from continuum.path.state import Control, Outcome, PathState, Search
 from continuum.solve.solution import Settings
 from tests.problems import Rough
@@ -148,6 +148,27 @@ def test_the_far_end_of_a_jump_is_solved_once(seed: int, target: float, monkeypa
     assert 0 < state.mean_gap - state.beyond.mean_gap <= Search().area_resolution
     assert state.beyond.mean_gap == pytest.approx(tried[-1], abs=1e-9)
     assert abs(tried[-1] - tried[-2]) > 1e-9
+
+
+@pytest.mark.parametrize(("seed", "target"), [(1, 0.0111), (2, 0.0115), (3, 0.0227)])
+def test_a_path_goes_on_beyond_a_jump(seed: int, target: float) -> None:
+    """The next area lies beyond: 88 to 196 pairs, and 265 to 560 for the jump, without that 545 to 838 and over 1000.
+
+    The state is the one at its mean gap that is reached from before the jump, in the basin of which nothing else moves.
+    """
+    heights = SelfAffine(0.5, 0.1, 4, 128).synthesise(Grid.square(256), np.random.default_rng(seed))
+    problem = ContactProblem(Grid.square(256), LennardJonesSpline(adhesion_length=0.05), heights, HalfSpace("clamped"))
+    settings, search = Settings(1e-6), Search(0.05, 0.02)
+    over, state = follow(problem, "repulsive-area", [0.006, target], settings, search=search)
+    assert over.outcome is Outcome.JUMPED_OVER
+    assert over.beyond is not None
+    assert over.beyond.totals.area_rep < state.require().totals.area_rep
+    assert state.mean_gap < over.beyond.mean_gap
+    pairs = [each.search_pairs + each.solution.fft_pairs for each in (over, state)]
+    assert pairs[0] < 800
+    assert pairs[1] < 300
+    strictly = solve(problem, "mean-gap", state.mean_gap, replace(settings, warm_grids=0), over.gap).require()
+    assert strictly.totals.area_rep == pytest.approx(state.totals.area_rep, rel=0.01)
 
 
 @pytest.mark.parametrize("target", [0.7, 0.9, 0.99, 0.999, 0.9999])

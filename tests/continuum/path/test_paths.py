@@ -161,8 +161,11 @@ def test_an_area_is_reached_there_and_back_under_every_wall(wall: Wall) -> None:
     assert [state.branch for state in found] == ["start", "approach", "approach", "retract"]
     for one, other in zip(found, path, strict=True):
         assert one.status.ok
-        # 1 % of the area; where it grows by e in about 0.5 a0, that is 0.005 a0, and twice that with half a point.
-        assert one.totals.area_rep == pytest.approx(other.totals.area_rep, rel=0.01, abs=0.5 / problem.grid.size)
+        # 1 % of the area, which may be just 7 of 700 points; where it grows by e in about 0.5 a0, that is 0.005 a0, and
+        # twice that with half a point.
+        assert one.totals.area_rep == pytest.approx(
+            other.totals.area_rep, rel=0.01 * (1 + 1e-9), abs=0.5 / problem.grid.size
+        )
         assert one.mean_gap == pytest.approx(other.mean_gap, abs=0.01)
     loads = [state.load for state in path if state.load > 0]
     for state in follow(problem, "mean-pressure", loads, Settings(1e-8)):

@@ -13,10 +13,13 @@ from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
+from continuum.model.surface import SelfAffine
+from continuum.model.walls import LennardJonesSpline
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import PathState
 from continuum.solve.boxes import LEAST, Boxes
-from continuum.solve.solution import Settings
+from continuum.solve.smooth_grid import SmoothGrid
+from continuum.solve.solution import Closer, Settings, Status
 from tests.problems import Rough
 
 RANGE, WORK = 0.08, 0.2 * 0.08**2
@@ -81,6 +84,57 @@ def test_a_solve_that_does_not_stall_asks_no_box() -> None:
     state = solved(Rough(256, lambda_s=16.0).problem(), boxes=True)
     assert state.status.ok
     assert [work.shape for work in state.solution.work] == [(256, 256), (128, 128)]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_what_snaps_far_from_equilibrium_is_carried_over_by_coarser_grids(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beyond a jump from less than 0.2 to about 1 % of the area, in the basin of the start: the same contact.
+
+    At 50 to 61 iterations without, 19 to 28 with the coarser grid.
+    """
+    surface = SelfAffine(0.5, 0.1, 4, 128).synthesise(Grid.square(256), np.random.default_rng(seed))
+    problem = replace(Rough(256).problem(LennardJonesSpline(adhesion_length=0.05)), heights=surface)
+    settings, jump = Settings(1e-6), {1: 3.49, 2: 3.30, 3: 3.16}[seed]
+    before = equilibrium(problem, "mean-gap", jump + 0.03, settings)
+    assert before.totals.area_rep < 0.002
+
+    def beyond() -> PathState:
+        state = equilibrium(problem, "mean-gap", jump - 0.1, replace(settings, warm_grids=0), before.gap)
+        assert state.solution.require().residual <= 2e-6
+        return state
+
+    carried = beyond()
+    assert carried.totals.area_rep > 0.009
+    monkeypatch.setattr(SmoothGrid, "hand_down", lambda grid: False)
+    alone = beyond()
+    assert carried.solution.iterations < 0.6 * alone.solution.iterations
+    assert carried.solution.fft_pairs < 0.7 * alone.solution.fft_pairs
+    assert np.count_nonzero((carried.gap < 1) != (alone.gap < 1)) <= 1
+    np.testing.assert_allclose(carried.gap, alone.gap, atol=2e-3)
+
+
+@pytest.mark.parametrize(("softening", "carried"), [(0.39, True), (0.40, False)])
+def test_a_coarser_grid_carries_what_has_four_points_there(softening: float, carried: bool) -> None:
+    """Of a wave of eight points K is π/8 E*/a0."""
+    assert made(Grid.square(256)).carried(np.array([[1.0, -softening]])) is carried
+
+
+def test_a_solve_stops_where_it_stalls_if_it_is_hopeless() -> None:
+    problem, seen = pinned(1), list[float]()
+
+    def hopeless(gap: Real) -> bool:
+        seen.append(float(np.mean(problem.wall.touches(gap))))
+        return len(seen) > 1
+
+    closer = Closer(1e-6, lambda gap: False, hopeless)
+    at = problem.mean_height + problem.wall.zero_gap - float(np.quantile(problem.heights, 0.0125))
+    state = equilibrium(problem, "mean-gap", at, Settings(3e-6), closer=closer)
+    assert state.status is Status.STOPPED
+    assert not state.status.ok
+    assert len(seen) == 2
+    assert 0.005 < seen[0] < 0.02
 
 
 def test_the_energy_of_a_box_changes_as_that_of_the_surface() -> None:
