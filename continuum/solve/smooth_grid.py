@@ -87,9 +87,8 @@ class LinearGrid(_Descending):
         """All of :func:`continuum.solve.smooth.minimise_linear`, where the device does it in one call; else None."""
         if not self._levels:
             return None
-        moved, transforms = self.engine.relax(
-            self._levels, min(levels, len(self._levels)), shift, iterations, reduction
-        )
+        depth = min(levels, len(self._levels))
+        moved, transforms = self.engine.relax(self._levels, depth, shift, iterations, reduction)
         for grid, count in zip(self.chain, transforms, strict=True):
             grid.engine.transforms += count
         return moved
@@ -267,13 +266,12 @@ class SmoothGrid(_Descending):
 
     def hand_down(self) -> bool:
         """After :meth:`gradient`: let the coarser grid begin at the state at hand, if it carries what snaps."""
-        if self.coarser is None or self.boxes is None or self.pressure < 0:
+        if not (self.coarser and self.boxes and self.pressure >= 0 and self.boxes.carried(self.stiffness)):
             return False
-        if carried := self.boxes.carried(self.stiffness):
-            self.go_to_start()
-            self.traction = self.stiffness = None  # coarser grids have the memory meanwhile
-            self.set_coarser_problem(started=True)
-        return carried
+        self.go_to_start()
+        self.traction = self.stiffness = None  # coarser grids have the memory meanwhile
+        self.set_coarser_problem(started=True)
+        return True
 
     def go_to_zero(self) -> None:
         """Begin at u = 0: z, and g without the wall."""
@@ -284,9 +282,8 @@ class SmoothGrid(_Descending):
         self._press()
 
     def go_to_coarser(self) -> None:
-        """Begin at the displacement of the coarser grid, without shorter waves; at u = 0 if that is not finite."""
+        """Begin at the displacement of the coarser grid, without shorter waves; at u = 0 where that grid failed."""
         below = self.chain[1]
-        # A coarse grid that failed is no start: this one begins from rest.
         if not np.isfinite(below._displace()):
             below.clear()
         self.engine.prolong(below.engine)
