@@ -158,6 +158,15 @@ def test_the_window_leaves_no_trace(wall: Wall) -> None:
     np.testing.assert_allclose(loaded.traction, one.traction, atol=42 * settings.tolerance)
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_slope_has_no_step_at_the_edge(axis: int) -> None:
+    """Moments are those of the surface with its mirror images: of a roof, whose ridge and valley alone are sharp."""
+    ramp = 0.1 * np.arange(64.0)
+    heights = np.repeat(ramp[:, None], 48, axis=1) if axis == 0 else np.repeat(ramp[None, :], 48, axis=0)
+    problem = ContactProblem(c.Grid(heights.shape, heights.shape), c.HardWall(), heights, OPEN)
+    assert problem.moments.rms_slope == pytest.approx(0.1, rel=0.02)
+
+
 def test_states_are_minima_and_certified() -> None:
     contact = c.Contact(sphere(32, 80.0), c.LennardJonesSpline(adhesion_length=0.02), OPEN)
     path = contact.path(separation=[2.0, 1.2, 0.8])
