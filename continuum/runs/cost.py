@@ -82,10 +82,11 @@ def _pairs_of_area(config: RunConfig, larger: float) -> float:
     if shortest is None or slope is None:
         reach = 1 + _PAIRS["area_range"] * wall.equivalent_range**2
         return float(_PAIRS["area"] * reach * larger ** _PAIRS["growth"])
-    rough = _ROUGH["pairs"] * (64 / shortest) ** _ROUGH["fineness"] * larger ** _ROUGH["growth"]
+    fitted = _ROUGH if wall.pull is None else _APART
+    rough = fitted["pairs"] * (64 / shortest) ** fitted["fineness"] * larger ** fitted["growth"]
     if wall.pull is not None:
         pull = min(wall.pull, _APART["stiffest"])
-        return float(rough * _APART["apart"] * (1 + _APART["snap"] * pull ** _APART["snap_exponent"]))
+        return float(rough * (1 + _APART["snap"] * pull ** _APART["snap_exponent"]))
     near = min(wall.equivalent_range / (slope * shortest), _ROUGH["farthest"])
     steep = (max(slope, _ROUGH["gentlest"]) / 0.1) ** _ROUGH["steepness"]
     return float(rough * steep * (1 + _ROUGH["range"] * near ** _ROUGH["range_exponent"]))
