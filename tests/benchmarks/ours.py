@@ -58,9 +58,10 @@ def _timed(work: Callable[[], Any]) -> tuple[Any, float]:
 
 
 def warm_up() -> None:
-    """Compile and load everything on a small grid: compilation is no part of any time."""
+    """Compile and load everything on small grids, with tiles near the wall, too: that is no part of any time."""
     for length in ADHESION_LENGTHS:
-        solve(rough(256, 1, length).problem(), "mean-gap", 4.0, Settings(TOLERANCE))
+        for n, gap in ((256, 4.0), (512, 8.0)):
+            solve(rough(n, 1, length).problem(), "mean-gap", gap, Settings(TOLERANCE))
 
 
 def search(n: int, seed: int, adhesion_length: float) -> dict[str, Any]:
@@ -191,8 +192,9 @@ def hard_wall(n: int, seed: int, lambda_s: float, pressure: float, tolerance: fl
         solver = Solver(problem.grid, problem.stiffness_q)
         return solver.constrain(problem.heights, None, Settings(tolerance), pressure=pressure)
 
-    small, surface = rough(128, 1, lambda_s=lambda_s), rough(n, seed, lambda_s=lambda_s)
-    cold(small, small.heights())
+    surface = rough(n, seed, lambda_s=lambda_s)
+    for small in (rough(128, 1, lambda_s=lambda_s), rough(512, 1, lambda_s=lambda_s)):  # whole, and on tiles
+        cold(small, small.heights())
     heights = surface.heights()
     solution, seconds = _timed(lambda: cold(surface, heights))
     solution.require()
