@@ -36,6 +36,7 @@ from continuum.path.secant import (
     lowest_height,
     rough_slope,
     sample,
+    searched_range,
     secant_fraction,
     step_to,
 )
@@ -348,7 +349,7 @@ def _undeformed(aim: Aim, beyond: PathState | None) -> tuple[PathState, PathStat
         beyond = numbers(state)
         at += aim.left(state, 0.9 ** (attempt + 1)) / aim.slope
         del state
-    return aim.trial(overlapping(0.0) + min(problem.wall.range, 10.0), aim.loose, None), beyond
+    return aim.trial(overlapping(0.0) + searched_range(problem), aim.loose, None), beyond
 
 
 class _Guess(NamedTuple):
