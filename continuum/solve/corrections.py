@@ -9,9 +9,10 @@ One pair of transforms of the whole grid gives z, and f - p(z) is its residual. 
 with a model of the response G = 1/K (:mod:`continuum.solve.cpu.tiles`), Newton's method solves the same equations, and
 another pair says what the model missed.  The linear problems (1 + φ'' G) t = p(z) - f are solved by generalised
 conjugate residuals: where the wall is about as stiff as under a load they are preconditioned as under a hard wall,
-K and the stiffness of the wall in series.  Each direction must have a positive curvature of the energy, and the energy
-falls along each step.  Where that fails, which is beside a jump, conjugate gradients on the whole grid
-(:mod:`continuum.solve.smooth`) go on from the last state.
+K and the stiffness of the wall in series.  The energy falls along each step.  A direction along which it has no
+positive curvature ends the linear problem; where a part of the contact snaps the step goes along it, so that the tiles
+carry the snap over, which takes conjugate gradients on the whole grid (:mod:`continuum.solve.smooth`) ten iterations
+and more.  Those go on from the last state where the tiles do not come to an end.
 """
 
 from __future__ import annotations
@@ -79,7 +80,7 @@ def _correct(grid: SmoothGrid, f: Array, goal: Goal, history: list[Iteration], i
 def _approach(grid: SmoothGrid, f: Array, goal: Goal, history: list[Iteration], iterations: int) -> bool:
     """Find the gap under a traction and what is missing, correct the traction on tiles, and again."""
     error = last = np.inf
-    first = 0.0
+    first, snapped = 0.0, False
     while len(history) <= iterations:
         mean = _yield_to(grid, f)
         near = grid.engine.near_wall(f, grid.z, grid.law)
@@ -91,11 +92,14 @@ def _approach(grid: SmoothGrid, f: Array, goal: Goal, history: list[Iteration], 
         history.append(Iteration(tiles.residual, energy - first, 1.0))
         if goal.reached(tiles.residual, grid.look):
             return True
-        if not tiles.residual < SLOW * error or energy > last + LARGEST_RISE * abs(tiles.wall_energy):
+        # What has snapped is a new state, whose residual says nothing of the last correction; its energy does.
+        slow = not (snapped or tiles.residual < SLOW * error)
+        if slow or energy > last + LARGEST_RISE * abs(tiles.wall_energy):
             return False
         error, last = tiles.residual, energy
         if not tiles.relax(max(BEYOND * goal.bound, MISSED * error)):
             return False
+        snapped = tiles.snapped
         tiles.onto(f)
     return False
 
@@ -116,6 +120,8 @@ class _Tiles:
         self.f, self.z, self.offset = (engine.gather(each) for each in (f, grid.z, grid.offset))
         self.t, self.w, self.missing, self.spare = (engine.field() for _ in range(4))
         self.stiffness = np.empty(engine.shape, np.float32)
+        self.snapped = False
+        """Whether a step went to where the energy has a negative curvature."""
         self._advance(0.0)
 
     def _advance(self, step: float) -> None:
@@ -136,18 +142,17 @@ class _Tiles:
         for _ in range(NEWTON_STEPS):
             if not self.residual > bound:
                 return self.residual <= bound
-            if not self._find_direction(max(LOOSE, 0.5 * bound / self.residual)):
-                return False
+            self._find_direction(max(LOOSE, 0.5 * bound / self.residual))
             step = self._length()
             if not np.isfinite(step):
                 return False
             self._advance(step)
         return False
 
-    def _find_direction(self, part: float) -> bool:
+    def _find_direction(self, part: float) -> None:
         """Set t and w = G t to about Newton's step, which leaves a part of the linear residual.
 
-        False where the energy has a negative curvature.
+        Where the energy has a negative curvature it is what was found before, if that goes down, or that direction.
         """
         left, engine = self.missing.copy(), self.engine
         self.t[...] = self.w[...] = 0.0
@@ -165,7 +170,10 @@ class _Tiles:
                 q -= part_of * old_q
             square = _dot(q, q)
             if not (_dot(w, q) > 0 and square > 0):
-                return False
+                self.snapped = True
+                if not _dot(self.missing, self.w) < 0:
+                    self.t[...], self.w[...] = t, w
+                break
             length = _dot(left, q) / square
             left -= length * q
             self.t -= length * t
@@ -173,7 +181,11 @@ class _Tiles:
             if _dot(left, left) <= aim:
                 break
             kept.append((t, w, q, square))
-        return True
+        if _dot(self.missing, self.w) > 0:
+            # The linear problem has a saddle there, or this direction has no sense of its own: down it goes.
+            self.snapped = True
+            np.negative(self.t, out=self.t)
+            np.negative(self.w, out=self.w)
 
     def _length(self) -> float:
         """Length of the step to about the minimum of the energy along it; NaN if there is none."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from continuum.solve.cpu import tiles as tiles_of_cpu
 from continuum.solve.solution import Closer, Settings, Solution
 from continuum.solve.solver import Solver
 
-SETTINGS = Settings(1e-7)
+SETTINGS, BASIN = Settings(1e-7), Settings(1e-7, warm_grids=0)
 NEVER = 2**20
 
 
@@ -54,11 +55,12 @@ def solved(
     mean_gap: float = 5.0,
     pressure: float = 0.0,
     mean_stiffness: float = np.inf,
+    settings: Settings = SETTINGS,
 ) -> Solution:
     """At a mean gap, or with a displacement of the mean from there."""
     posed = {"lift": mean_gap - problem.mean_height, "pressure": pressure, "mean_stiffness": mean_stiffness}
     solver = Solver(problem.grid, problem.stiffness_q)
-    return solver.minimise(law_of(wall or problem.wall), problem.heights, start, SETTINGS, closer=None, **posed)
+    return solver.minimise(law_of(wall or problem.wall), problem.heights, start, settings, closer=None, **posed)
 
 
 def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tuple[Solution, Solution]:
@@ -226,3 +228,36 @@ def test_the_whole_grid_goes_on_where_tiles_come_to_no_end(fault: str, monkeypat
     assert np.array_equal(tiled.gap < 1.0, whole.gap < 1.0)
     assert tiled.iterations > 4
     assert len(tiled.history) == tiled.iterations + 1
+
+
+def stepped(problem: ContactProblem, gaps: list[float]) -> Solution:
+    """The state at the last of these mean gaps, each solved in the basin of the one before, moved."""
+    found = solved(problem, mean_gap=gaps[0])
+    for last, gap in pairwise(gaps):
+        found = solved(problem, start=found.gap + (gap - last), mean_gap=gap, settings=BASIN)
+        assert found.status.ok
+    return found
+
+
+def test_what_snaps_is_carried_over_on_the_tiles(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Between these mean gaps an asperity snaps; the approach in steps of a tenth shows where it comes to.
+    problem = problem_of((256, 256), 0.05)
+    with monkeypatch.context() as whole_grid:
+        whole_grid.setattr(tiles_of_cpu, "SMALLEST", NEVER)
+        approach = stepped(problem, np.linspace(4.2, 4.0, 41).tolist())
+        before = stepped(problem, [4.2, 4.15, 4.1, 4.05]).gap - 0.05
+        slow = solved(problem, start=before, mean_gap=4.0, settings=BASIN)
+    tiles: list[corrections._Tiles] = []
+    advance = corrections._Tiles.onto
+
+    def noted(one: corrections._Tiles, f: Any) -> None:
+        tiles.append(one)
+        advance(one, f)
+
+    monkeypatch.setattr(corrections._Tiles, "onto", noted)
+    found = solved(problem, start=before, mean_gap=4.0, settings=BASIN)
+    assert found.status.ok
+    assert any(one.snapped for one in tiles)
+    assert found.iterations <= 5 < slow.iterations
+    assert np.abs(found.gap - approach.gap).max() < 1e-4
+    assert np.abs(before - approach.gap).max() > 0.5
