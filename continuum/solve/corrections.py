@@ -182,7 +182,7 @@ class _Tiles:
                 break
             kept.append((t, w, q, square))
         if _dot(self.missing, self.w) > 0:
-            # The linear problem has a saddle there, or this direction has no sense of its own: down it goes.
+            # At a saddle Newton's step may go up, and a direction of negative curvature has either sign: go down.
             self.snapped = True
             np.negative(self.t, out=self.t)
             np.negative(self.w, out=self.w)
