@@ -248,16 +248,16 @@ def test_what_snaps_is_carried_over_on_the_tiles(monkeypatch: pytest.MonkeyPatch
         before = stepped(problem, [4.2, 4.15, 4.1, 4.05]).gap - 0.05
         slow = solved(problem, start=before, mean_gap=4.0, settings=BASIN)
     tiles: list[corrections._Tiles] = []
-    advance = corrections._Tiles.onto
+    onto = corrections._Tiles.onto
 
     def noted(one: corrections._Tiles, f: Any) -> None:
         tiles.append(one)
-        advance(one, f)
+        onto(one, f)
 
     monkeypatch.setattr(corrections._Tiles, "onto", noted)
     found = solved(problem, start=before, mean_gap=4.0, settings=BASIN)
     assert found.status.ok
     assert any(one.snapped for one in tiles)
     assert found.iterations <= 5 < slow.iterations
-    assert np.abs(found.gap - approach.gap).max() < 1e-4
+    assert np.abs(found.gap - approach.gap).max() < 1e-4  # what the residuals leave, as above
     assert np.abs(before - approach.gap).max() > 0.5
