@@ -15,16 +15,13 @@ from continuum.solve.backend import Array, BackEnd, Engine, LinearEngine, Smooth
 from continuum.solve.boxes import Boxes
 from continuum.solve.solution import Solution, Work
 
-NO_LOW_PART: dict[str, Any] = {"low_rows": 0, "low_columns": 0}
-"""The modes of the coarser grid where a sweep goes over all alike."""
-
 
 class _Descending:
     """What the two kinds of grids share: spectra of a gradient g and a direction d, and steps of a coarser grid.
 
     <a b> is the mean of a product over the points, an equal sum over the modes; sums that are an array are six:
     <g g>, <g s>, <y s>, <y M y>, <s K s>, <s K d>, with y the change of the gradient g by the last step, s = M g and
-    M = 1/(K + shift).
+    M = 1/(K + c0): c0 is ``shift``, and larger for short waves beside a coarse step.
     """
 
     engine: Engine
@@ -33,6 +30,10 @@ class _Descending:
     d: Array
     linear: LinearGrid | None = None
     """The next coarser grid, with the wall linear about the gap of this one."""
+
+    def _modes(self, shift: float, *, coarse: bool) -> dict[str, Any]:
+        """Which modes a sweep leaves to the coarser grid, and c0 for the others."""
+        return self.engine.low_part if coarse else {"low_rows": 0, "low_columns": 0, "c0": shift}
 
     @property
     def _linear(self) -> LinearGrid:
@@ -100,11 +101,9 @@ class LinearGrid(_Descending):
 
     def gradient(self, shift: float, alpha: float, beta: float, *, coarse: bool, first: bool) -> Real:
         """Take the last step, of length ``alpha``: x and g; s = M g.  As :meth:`SmoothGrid.gradient`."""
-        which = self.engine.low_part if coarse else NO_LOW_PART
-        given = {"g": self.g, "d": self.d, "x": self.x, "c0": shift, "alpha": alpha, "beta": beta}
-        return self.engine.spectral(
-            "linear_gradient", forward=not first, inverse=True, keep_low=coarse, **given, **which
-        )
+        given = {"g": self.g, "d": self.d, "x": self.x, "alpha": alpha, "beta": beta}
+        given |= self._modes(shift, coarse=coarse)
+        return self.engine.spectral("linear_gradient", forward=not first, inverse=True, keep_low=coarse, **given)
 
     def turn(self, beta: float, *, coarse: bool) -> float:
         """Set d <- beta d - s; returns <stiffness d d>."""
@@ -115,9 +114,8 @@ class LinearGrid(_Descending):
 
     def finish(self, shift: float, alpha: float, beta: float, *, coarse: bool) -> None:
         """Take the last step, after which nothing follows: x alone."""
-        which = self.engine.low_part if coarse else NO_LOW_PART
-        given = {"g": self.g, "d": self.d, "x": self.x, "c0": shift, "alpha": alpha, "beta": beta}
-        self.engine.spectral("linear_last", keep_low=coarse, **given, **which)
+        given = {"g": self.g, "d": self.d, "x": self.x, "alpha": alpha, "beta": beta}
+        self.engine.spectral("linear_last", keep_low=coarse, **given, **self._modes(shift, coarse=coarse))
 
 
 class SmoothGrid(_Descending):
@@ -322,9 +320,8 @@ class SmoothGrid(_Descending):
         """
         if complete:
             self.engine.fill(self.engine.w, 0.0)
-        which = self.engine.low_part if coarse else NO_LOW_PART
-        given = {"g": self.g, "d": self.d, "c0": shift, "alpha": alpha, "beta": beta}
-        return self.engine.spectral("gradient", forward=not complete, inverse=True, keep_low=coarse, **given, **which)
+        given = {"g": self.g, "d": self.d, "alpha": alpha, "beta": beta, **self._modes(shift, coarse=coarse)}
+        return self.engine.spectral("gradient", forward=not complete, inverse=True, keep_low=coarse, **given)
 
     def turn(self, beta: float, *, coarse: bool) -> float:
         """Set d <- beta d - s; returns <φ'' d d> over the points near the wall."""

@@ -31,7 +31,7 @@ from continuum.model.fourier import (
 )
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import reused
+from continuum.solve.backend import low_part, reused
 from continuum.solve.cpu import extending, near_field, points, pressing, sweeps, tractions
 from continuum.solve.cpu.compiled import SUMS, TILE
 from continuum.solve.solution import Work
@@ -72,10 +72,10 @@ class CpuEngine:
         self.threads = threads if grid.size >= _WORTH_THREADS else 1
         self.row_edges = block_edges(grid.shape[0], grid.size)
         self.column_edges = block_edges(grid.shape_q[1], grid.size)
-        low_rows, low_columns = (fourier.low_rows(below.shape_q[0]), below.shape_q[1] - 1) if below else (0, 0)
+        self.low_part = low_part(K, below)
+        low_columns = self.low_part["low_columns"]
         high = block_edges(grid.shape_q[1] - low_columns, grid.size)
         self.low_edges, self.high_edges = block_edges(low_columns, grid.size), [low_columns + e for e in high]
-        self.low_part: dict[str, Any] = {"low_rows": low_rows, "low_columns": low_columns}
         self.near = np.zeros((grid.shape[0], -(-self.n // TILE)), dtype=np.bool_)
         self._own: dict[str, object] = {
             "n": self.n,

@@ -45,6 +45,8 @@ class Level(NamedTuple):
     """A field."""
     low_rows: int
     low_columns: int
+    short_waves: float
+    """c0 for the modes of no coarser grid, beside a step of that."""
 
 
 @compiled
@@ -87,14 +89,14 @@ def _relax(
 ) -> bool:
     """Approach the minimum, as :func:`continuum.solve.smooth.minimise_linear`; counts the pairs of transforms."""
     grid = levels[at]
-    low = (grid.low_rows, grid.low_columns) if depth > 1 else (0, 0)
+    low, c1 = ((grid.low_rows, grid.low_columns), grid.short_waves) if depth > 1 else ((0, 0), c0)
     grid.d[:] = 0.0
     grid.x[:] = 0.0
     grid.work[:] = 0.0
     grid.direction[:] = 0.0
     line, alpha, bound = Line(0.0, 0.0, 0.0), 0.0, 0.0
     for iteration in range(iterations):
-        sums = _gradient(grid, c0, alpha, line.beta, held, iteration == 0, low)
+        sums = _gradient(grid, c1, alpha, line.beta, held, iteration == 0, low)
         if iteration == 0:
             bound = reduction * reduction * sums[0]
         elif not sums[0] > bound:
@@ -121,7 +123,7 @@ def _relax(
             return iteration > 0
         alpha = -line.slope / curvature
     for a, b in ((0, low[1]), (low[1], grid.K.shape[1])):
-        _linear_last(a, b, pairs, grid.g, grid.d, grid.x, grid.K, c0, alpha, line.beta, low[0], low[1])
+        _linear_last(a, b, pairs, grid.g, grid.d, grid.x, grid.K, c1, alpha, line.beta, low[0], low[1])
     return True
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from continuum.model.fourier import Real, low_rows
+from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import reused
+from continuum.solve.backend import low_part, reused
 from continuum.solve.cuda import extending, points, pressing, relax, spectra, sums, walls
 from continuum.solve.cuda.device import Array, Kernel, empty, to_device
 from continuum.solve.cuda.sums import Reduction
@@ -50,8 +50,7 @@ class CudaEngine:
         )
         self.K: Array = same.K if same else to_device(np.where(np.isfinite(K), K, 0.0))
         self.reduction: Reduction = finer.reduction if finer else Reduction(grid.shape[0])
-        self.low_rows, low_columns = (low_rows(below.shape_q[0]), below.shape_q[1] - 1) if below else (0, 0)
-        self.low_part = {"low_rows": self.low_rows, "low_columns": low_columns}
+        self.low_part = low_part(K, below)
         self._own: dict[str, Any] = {
             "K": self.K,
             "work": self.w,
@@ -163,7 +162,7 @@ class CudaEngine:
         return self._start(kernel, self.grid.shape[0], given) if kernel else NO_SUMS
 
     def low(self, name: str, *, inverse: bool = False, **given: Any) -> Real:
-        return self._start(KERNELS[name], 2 * self.low_rows - 1, given)
+        return self._start(KERNELS[name], 2 * self.low_part["low_rows"] - 1, given)
 
     def _start(self, kernel: Kernel, rows: int, given: dict[str, Any], largest: int = -1) -> Real:
         """Start a kernel with what is given, and else with what the engine has of that name; wait for its sums."""

@@ -78,8 +78,8 @@ def _start(levels: tuple[LinearArrays, ...], states: list[Array], above: Array, 
     """Start the descent on a grid and, for each of its steps, those on the coarser ones."""
     level, state, coarse = levels[0], states[0], len(levels) > 1
     engine, rows = level.engine, level.engine.grid.shape[0]
-    given = {"g": level.g, "d": level.d, "x": level.x, "c0": how["c0"], "state": state}
-    given |= {} if coarse else {"low_rows": 0, "low_columns": 0}
+    given = {"g": level.g, "d": level.d, "x": level.x, "state": state}
+    given |= {} if coarse else {"low_rows": 0, "low_columns": 0, "c0": how["c0"]}
     engine.launch("begin", rows, direction=level.direction, above=above, **given)
     for iteration in range(how["iterations"]):
         first = int(iteration == 0)
@@ -104,12 +104,13 @@ def _start_coarser(
 ) -> None:
     """The step of the coarser grid, within one of a grid."""
     level, below = levels[:2]
-    engine, state, low = level.engine, states[0], 2 * level.engine.low_rows - 1
+    engine, state, low = level.engine, states[0], 2 * level.engine.low_part["low_rows"] - 1
     rows = below.engine.grid.shape[0]
     if first:  # the wall stays what it is
         below.engine.launch("sampled", rows, fine=level.stiffness, out=below.stiffness)
     below.engine.launch("linear_restrict", rows, coarse=below.g, fine=level.g, above=state)
     _start(levels[1:], states[1:], state, how)
+    given = given | {"c0": how["c0"]}
     engine.launch("linear_low_modes", low, e=below.x, **given)
     engine.decide("decide_low_modes", "linear_low_modes", low, state=state, below=states[1])
     engine.launch("linear_low_gradient", low, **given)

@@ -124,7 +124,7 @@ def test_a_jump_that_a_coarser_grid_has_seen_is_looked_for_where_it_was() -> Non
     assert held.totals.area_rep == state.totals.area_rep
 
 
-@pytest.mark.parametrize(("seed", "target"), [(1, 0.02), (2, 0.006)])
+@pytest.mark.parametrize(("seed", "target"), [(2, 0.017), (4, 0.0135), (2, 0.006)])
 def test_the_far_end_of_a_jump_is_solved_once(seed: int, target: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """The trial that makes the bracket narrow enough is its end, to the full tolerance, and not made again."""
     grid, tried = Grid.square(256), list[float]()

@@ -23,6 +23,7 @@ class Grid_:
         nx, ny = grid.shape
         m, n = grid.mode_numbers
         self.low = (np.abs(m) < nx / 4) & (n < ny / 4)
+        self.short_waves = self.K[:, 1:].max() / 2
 
     def forward(self, values):
         return np.fft.rfft2(values) / self.size
@@ -54,7 +55,8 @@ class Descending(Grid_):
         if self.held:
             y[0, 0] = self.g[0, 0] = 0.0
         self.g = self.g + y
-        self.s, self.y, self.d_q, self.M = self.g / (self.K + shift), y, self.forward(self.d), 1 / (self.K + shift)
+        self.M = 1 / (self.K + np.where(self.low, shift, self.short_waves) if coarse else self.K + shift)
+        self.s, self.y, self.d_q = self.M * self.g, y, self.forward(self.d)
         if self.held:
             self.s[0, 0] = 0.0
         sums = self._sums(~self.low if coarse else True)
@@ -163,7 +165,8 @@ class PlainSmoothGrid(Descending):
         self.z = self.offset - u
         self.g = self.K * self.forward(u)
         self.g[0, 0] -= self.pressure
-        _, self.change, self.stiffness = evaluate(self.law, self.z)
+        _, self.change, stiffness = evaluate(self.law, self.z)
+        self.stiffness = stiffness.astype(np.float32)  # as kept by a grid of a device
 
     def gradient(self, shift, alpha, beta, *, coarse, complete):
         d = self.forward(self.d)
@@ -180,7 +183,8 @@ class PlainSmoothGrid(Descending):
 
     def move(self, step, alpha):
         self.z = self.z - step * self.d
-        energy, traction, self.stiffness = evaluate(self.law, self.z)
+        energy, traction, stiffness = evaluate(self.law, self.z)
+        self.stiffness = stiffness.astype(np.float32)
         before = evaluate(self.law, self.z + alpha * self.d)
         self.change = traction - before[1]
         second = np.mean(energy - before[0] - alpha * before[1] * self.d)
