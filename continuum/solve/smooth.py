@@ -10,12 +10,13 @@ offset is needed.  The line search needs no transform, since along d::
 
     E'(α) = <d, g> + α <d, K d> + <(p(z - α d) - p(z)) d>
 
-The preconditioned gradient is M g, M = 1/(K + c0), for short waves.  For waves that the next coarser grid carries it is
-minus the step that this grid finds in the linear problem (K + φ'') x = -g, with φ'' at every second point and its part
-of g, by a few conjugate directions that the grid below it helps in the same way.  Stiff contacts and rims close to
-snapping, which make M g slow, are resolved there at a fraction of the cost.  The coarse step is a direction only: line
-search and gradient are those of the fine grid.  Where a rim snaps, from one row of points to the next, that does not
-help either: a solve that stalls goes down in small boxes there (:mod:`continuum.solve.boxes`), and on from that state.
+The preconditioned gradient is M g, M = 1/(K + c0), for short waves, with a c0 of half the largest K, as in a contact a
+step of the substrate alone is too long.  For waves that the next coarser grid carries it is minus the step that this
+grid finds in the linear problem (K + φ'') x = -g, with φ'' at every second point and its part of g, by a few conjugate
+directions that the grid below it helps in the same way.  Stiff contacts and rims close to snapping, which make M g
+slow, are resolved there at a fraction of the cost.  The coarse step is a direction only: line search and gradient are
+those of the fine grid.  Where a rim snaps, from one row of points to the next, that does not help either: a solve that
+stalls goes down in small boxes there (:mod:`continuum.solve.boxes`), and on from that state.
 If it stalls far from equilibrium, as a large part of the contact snaps, coarser grids carry it over, in fewer steps.
 
 On large grids with little contact all of this is what remains where tiles near the wall do not lead to the end
