@@ -300,7 +300,7 @@ def _apart(aim: Aim) -> tuple[PathState, PathState | None]:
         guess = _from_coarser(aim, min(part * aim.target, 1.0))
         if guess is None:
             break
-        at, jump = guess.mean_gap, guess.jump
+        at, jump, step = guess.mean_gap, guess.jump, 0.0
         for attempt in range(JUMP_TRIALS if jump > 0 else APART_TRIALS):
             start = guess.start if at <= guess.farthest else None
             state = aim.trial(at, aim.loose, start, near=at == guess.found)
@@ -309,6 +309,7 @@ def _apart(aim: Aim) -> tuple[PathState, PathState | None]:
                 return state, beyond
             if not state.status.ok:
                 break
+            stalled = beyond is not None and abs(aim.left(state)) > 0.5 * abs(aim.left(beyond))
             if beyond is not None and jump == 0:
                 aim.saw(beyond, state)
             beyond = numbers(state)
@@ -316,8 +317,11 @@ def _apart(aim: Aim) -> tuple[PathState, PathState | None]:
                 jump *= JUMP_STEP
                 at += jump
             elif aim.guesses or aim.left(state) > -LITTLE:
-                # Back by what it is beyond the target, and by a tolerance, or two.
-                at += aim.left(state, 1 - (attempt + 0.5) * tolerance) / aim.slope
+                # Back by what it is beyond the target, and by a tolerance, or two; farther if the last step did not
+                # get halfway.
+                back = aim.left(state, 1 - (attempt + 0.5) * tolerance) / aim.slope
+                step = max(back, 2 * step if stalled else 0.0)
+                at += step
             else:
                 break
         del guess, state
