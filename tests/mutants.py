@@ -50,8 +50,8 @@ COSTS = {
     "_BULK_STEPS", "_SURFACE_STEPS", "_SETTLING", "_SEED", "_MOST_PIECES", "_RELAXING", "PATIENCE", "_LOOK",
     "PIECES", "_KNOTS", "_NODES", "at_once",  # how finely
     "SMOOTH", "STIFF_SMOOTH", "COARSE_TOLERANCES", "COARSE_REDUCTION", "MISSED", "BEYOND", "SLOW", "LOOSE", "STALE",
-    "CLOSE", "NEWTON_STEPS", "TRIALS", "SLOPE_ACCEPTED", "SLOPE_REDUCTION", "BOX_TOLERANCE", "BOX_ITERATIONS",
-    "MOST_SMOOTH", "SMALL_SHARE", "MARGIN",  # by which way a solve goes to its tolerance
+    "CLOSE", "SNAPS", "NEWTON_STEPS", "TRIALS", "SLOPE_ACCEPTED", "SLOPE_REDUCTION", "BOX_TOLERANCE", "BOX_ITERATIONS",
+    "SHORT_WAVES", "MOST_SMOOTH", "SMALL_SHARE", "MARGIN",  # by which way a solve goes to its tolerance
 }  # fmt: skip
 """Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
 MANY = 100

@@ -19,7 +19,7 @@ LITTLE = 0.3
 """What is left of ln(area) at most for a step without a trial: by the slope, which is known to a fifth or so."""
 NEAR = 3.0
 """Tolerances from the target that a coarser grid comes to in any case; it is asked for where to begin only."""
-FEWEST, STEEPEST = 20.0, 4.0
+FEWEST, STEEPEST = 10.0, 2.0
 """Points by which areas must differ to tell a slope, and the largest one, in units of that of the surface: beyond, the
 area has jumped."""
 LOOSE, LOOSEST = 100.0, 1e-5

@@ -40,15 +40,7 @@ from continuum.path.secant import (
     secant_fraction,
     step_to,
 )
-from continuum.path.state import (
-    Branch,
-    Outcome,
-    PathState,
-    Search,
-    height,
-    nearness,
-    numbers,
-)
+from continuum.path.state import Branch, Outcome, PathState, Search, height, nearness, numbers
 from continuum.solve.solution import Settings, Status
 from continuum.solve.solver import Solver
 
@@ -396,7 +388,9 @@ def _from_coarser(aim: Aim, target: float) -> _Guess | None:
     # What is left to the target, by the slope that the search saw last.
     size = coarse.grid.size
     left = area_logarithm(target, size) - area_logarithm(found.totals.area_rep, size)
-    few = tolerance if left > 0 or not aim.adhesive else NEAR * tolerance
+    # The finest grid is to meet the area at once, however few points a coarser one has in contact.
+    few = tolerance if aim.guesses else min(tolerance, search.area_tolerance)
+    few = few if left > 0 or not aim.adhesive else NEAR * tolerance
     step = left / aim.slope if found.outcome is None and few < abs(left) < LITTLE else 0.0
     jump = 0.0 if found.beyond is None else abs(found.mean_gap - found.beyond.mean_gap)
     start = carried_gap(coarse, aim.problem, found) if carries or weak else None

@@ -45,9 +45,10 @@ from continuum.solve.solution import Closer, Goal, Iteration, Settings, Solution
 COARSE_TOLERANCES, WARM_TOLERANCES = (3e1, 1e2, 1e3, 1e4), (1e2, 1e3, 1e3, 1e4)
 """Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for, and of one from a state
 that is at hand; measured optimum."""
-CLOSE = 1e3
-"""A start whose residual is at most so many tolerances is not taken to coarser grids: these bring it no closer.  Nor is
-a solve that stalls: farther from equilibrium a part of the surface snaps, and coarser grids carry it over."""
+CLOSE = 5e3
+"""A start whose residual is at most so many tolerances is not taken to coarser grids: these bring it no closer."""
+SNAPS = 1e3
+"""A solve that stalls farther from equilibrium, in tolerances, is: a part of the surface snaps there."""
 FAR = 1e5
 """A start whose residual is larger is not taken to tiles: conjugate gradients bring it closer in fewer pairs."""
 COARSE_LIMIT = 400
@@ -229,7 +230,7 @@ def _descend(
             moved = len(history) - 1
             if goal.hopeless(grid.look):
                 return Status.STOPPED
-            snaps = residual > CLOSE * goal.last and len(history) - since > PATIENCE << carried
+            snaps = residual > SNAPS * goal.last and len(history) - since > PATIENCE << carried
             change = _unstick(grid, levels, shift, goal, snaps=snaps)
             if not np.isfinite(change):
                 since, carried = len(history), carried + 1
