@@ -47,7 +47,7 @@ verification: .venv/installed-dev
 
 WORKERS = 2
 # The paper's figures and verdicts from reduced sweeps (512 x 512, all 90 systems of Figure 4 and the surfaces without
-# adhesion, 2 seeds): into results/paper.  Some 5 core minutes; goes on from where it was stopped.
+# adhesion, 2 seeds): into results/paper.  5 to 8 core minutes; goes on from where it was stopped.
 figures: .venv/installed
 	for sweep in figure1 figure4; do \
 	  $(BIN)/continuum sweep run inputs/sweep/$$sweep.toml --reduced --workers $(WORKERS) || [ $$? = 1 ] || exit; \
