@@ -53,7 +53,7 @@ class SolverTable(ToleranceTable):
     max_iterations: _Count = 5000
     """number of iterations after which a point counts as not converged"""
     shift: Annotated[float, Field(gt=0, le=100)] = 0.01
-    """c0 of the preconditioner 1/(K + c0), in E*/a0; 0.001 - 0.03 are equally good"""
+    """c0 of the preconditioner 1/(K + c0) of long waves, in E*/a0; 0.001 - 0.03 are equally good"""
     threads: Annotated[int, Field(ge=1, le=1024)] = 1
     """threads of the solver; they do not change results"""
     stability: bool = False

@@ -68,7 +68,7 @@ class Settings:
     ----------
     tolerance : largest root-mean-square gradient, in E*.
     max_iterations : iterations after which a solve gives up.
-    shift : c0 of the preconditioner 1/(K + c0), in E*/a0; the optimum is flat (0.001 - 0.03).
+    shift : c0 of the preconditioner 1/(K + c0) of long waves, in E*/a0; the optimum is flat (0.001 - 0.03).
     warm_grids : coarser grids on which a given start is relaxed first, half the work.  0 keeps strictly to the basin
         of the start: an instability that only a coarse grid has may lead out of it.
     threads : of this process that the solver may use; no bit of a result depends on it.
