@@ -34,7 +34,7 @@ SHORT_WAVES = 0.5
 """c0 of the preconditioner 1/(K + c0) for the waves that no coarser grid carries, in units of the largest K.
 
 A step of the coarser grid brings its own waves to where the wall and the substrate hold them.  Beside it 1/K is too
-long a step for the others, as in a contact the wall adds as much stiffness again: 0.3 to 0.8 are about equally good.
+long a step for the others, as in a contact the wall adds a stiffness of its own: 0.3 to 0.8 are about equally good.
 """
 
 
@@ -56,10 +56,15 @@ def back_end(device: str) -> BackEnd:
     return found
 
 
+def all_modes(c0: float) -> dict[str, Any]:
+    """What :func:`low_part` says where no coarser grid takes part: all modes are swept alike."""
+    return {"low_rows": 0, "low_columns": 0, "c0": c0}
+
+
 def low_part(K: Real, below: Grid | None) -> dict[str, Any]:
     """Which modes of a grid the next coarser one carries, and c0 for the others, as :attr:`Engine.low_part`."""
     if below is None:
-        return {"low_rows": 0, "low_columns": 0, "c0": 0.0}
+        return all_modes(0.0)
     # K of the mean may be anything, and lies in the first column.
     short_waves = SHORT_WAVES * float(K[:, 1:].max())
     return {"low_rows": low_rows(below.shape_q[0]), "low_columns": below.shape_q[1] - 1, "c0": short_waves}

@@ -11,7 +11,7 @@ import numpy as np
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import Array, BackEnd, Engine, LinearEngine, SmoothEngine, reused
+from continuum.solve.backend import Array, BackEnd, Engine, LinearEngine, SmoothEngine, all_modes, reused
 from continuum.solve.boxes import Boxes
 from continuum.solve.solution import Solution, Work
 
@@ -33,7 +33,7 @@ class _Descending:
 
     def _modes(self, shift: float, *, coarse: bool) -> dict[str, Any]:
         """Which modes a sweep leaves to the coarser grid, and c0 for the others."""
-        return self.engine.low_part if coarse else {"low_rows": 0, "low_columns": 0, "c0": shift}
+        return self.engine.low_part if coarse else all_modes(shift)
 
     @property
     def _linear(self) -> LinearGrid:

@@ -45,8 +45,8 @@ class Level(NamedTuple):
     """A field."""
     low_rows: int
     low_columns: int
-    short_waves: float
-    """c0 for the modes of no coarser grid, beside a step of that."""
+    c0: float
+    """For the modes of no coarser grid, beside a step of that."""
 
 
 @compiled
@@ -89,7 +89,7 @@ def _relax(
 ) -> bool:
     """Approach the minimum, as :func:`continuum.solve.smooth.minimise_linear`; counts the pairs of transforms."""
     grid = levels[at]
-    low, c1 = ((grid.low_rows, grid.low_columns), grid.short_waves) if depth > 1 else ((0, 0), c0)
+    low, c1 = ((grid.low_rows, grid.low_columns), grid.c0) if depth > 1 else ((0, 0), c0)
     grid.d[:] = 0.0
     grid.x[:] = 0.0
     grid.work[:] = 0.0
@@ -149,9 +149,7 @@ class CpuLinearEngine(CpuEngine):
         weights = self._own["weights"]
         assert isinstance(weights, np.ndarray)
         buffer = self._buffer(self.grid.shape[0])[:, : self.n]
-        return Level(
-            self.K, weights, g, d, x, self.w, self.work_q, stiffness, direction, buffer, *self.low_part.values()
-        )
+        return Level(self.K, weights, g, d, x, self.w, self.work_q, stiffness, direction, buffer, **self.low_part)
 
     def relax(
         self, levels: tuple[Level, ...], depth: int, shift: float, iterations: int, reduction: float

@@ -8,6 +8,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.solve.backend import all_modes
 from continuum.solve.cuda.device import Array, pinned, to_device
 from continuum.solve.cuda.engine import KERNELS, CudaEngine
 from continuum.solve.cuda.relax import MOVED, PAIRS, RUNS, STATE
@@ -79,7 +80,7 @@ def _start(levels: tuple[LinearArrays, ...], states: list[Array], above: Array, 
     level, state, coarse = levels[0], states[0], len(levels) > 1
     engine, rows = level.engine, level.engine.grid.shape[0]
     given = {"g": level.g, "d": level.d, "x": level.x, "state": state}
-    given |= {} if coarse else {"low_rows": 0, "low_columns": 0, "c0": how["c0"]}
+    given |= {} if coarse else all_modes(how["c0"])
     engine.launch("begin", rows, direction=level.direction, above=above, **given)
     for iteration in range(how["iterations"]):
         first = int(iteration == 0)
