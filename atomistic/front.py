@@ -17,7 +17,7 @@ from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
 from atomistic.relax.deckrun import DeckRun, read_run
-from atomistic.relax.decks import deck_input, deck_of, parts_of, parts_under, steps_in_units
+from atomistic.relax.decks import deck_input, deck_of, deck_units, parts_of, parts_under, steps_in_units
 from atomistic.response.discreteness import Discreteness, discreteness
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
@@ -119,7 +119,8 @@ def check(file: str | Path) -> Sheet:
         cost, kind = cost_of_validation(load(file, ValidateConfig)), "atomistic validate"
     elif "wall" in tables or "surface" in tables:
         config = deck_input(file)
-        both = list(in_both(tables, parts_of(config).model.real_units))
+        model = parts_of(config).model
+        both = list(in_both(tables, deck_units(config, model), model.real_units))
         cost, kind = cost_of_deck(config), "atomistic deck"
     else:
         load(file, ElasticConfig)
@@ -186,8 +187,9 @@ def deck(
             said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
             file = f"the input file {str(contact)!r}" if isinstance(contact, str | os.PathLike) else "an input"
             raise TypeError(f"contact is {file}, which has all other settings: leave out {said}, or change the file")
-        read = deck_input(file_name("contact", contact)) if isinstance(contact, str | os.PathLike) else contact
-        return deck_of(parts_of(read), progress)
+        if isinstance(contact, str | os.PathLike):
+            contact = deck_input(file_name("contact", contact), progress)
+        return deck_of(parts_of(contact, progress), progress)
     instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
     if model is not None:
         check_potential("model", model)
@@ -202,7 +204,7 @@ def deck(
     if wall_force is not None:
         choice("wall_force", wall_force, get_args(WallForce))
     model = model or Springs()
-    done = _steps(**steps_in_units(steps, model))
+    done = _steps(**steps_in_units(steps, model, progress))
     return deck_of(parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas"), progress)
 
 

@@ -68,3 +68,15 @@ def rng() -> np.random.Generator:
     import numpy as np
 
     return np.random.default_rng(20140210)
+
+
+@pytest.fixture
+def expanded(monkeypatch: pytest.MonkeyPatch) -> float:
+    """Every crystal at a temperature is larger by this factor: said, not measured, which takes half a minute."""
+    from atomistic.response.thermal import WarmCrystal
+
+    def warm(model: object, temperature: float, mobile: int, *_: object) -> WarmCrystal:
+        return WarmCrystal(temperature, 1.006, 1e-5, 0.0, (0.0,) * mobile, 1e-4)
+
+    monkeypatch.setattr("atomistic.relax.decks.warm_crystal", warm)
+    return 1.006

@@ -70,19 +70,23 @@ def in_reduced(data: Mapping[str, Any], units: Units | None) -> tuple[dict[str, 
     return found, faults
 
 
-def in_both(data: Mapping[str, Any], units: Units | None) -> Iterator[tuple[str, str]]:
-    """Quantities of an input in reduced and real units, if its crystal has a length scale: dotted keys and texts."""
+def in_both(data: Mapping[str, Any], units: Units | None, rest: Units | None = None) -> Iterator[tuple[str, str]]:
+    """Quantities of an input in reduced and real units, if its crystal has a length scale: dotted keys and texts.
+
+    Temperatures are in units of the crystal at ``rest``, if that is another one.
+    """
     if units is None:
         return
     for key, value in _quantities(in_reduced(data, units)[0]):
         quantity, name = QUANTITIES[str(key[-1])], ".".join(map(str, key))
+        size = (rest or units if quantity == "temperature" else units).si(quantity)
         if isinstance(value, str):  # a temperature
-            value = parse(value, quantity, signed=True) / units.si(quantity)
+            value = parse(value, quantity, signed=True) / size
         numbers = [number for number in _items(value) if isinstance(number, int | float)]
         shown = numbers if len(numbers) <= 4 else [numbers[0], numbers[-1]]
         join = ", " if len(numbers) <= 4 else " ... "
         if shown:
-            real = join.join(readable(units.to_si(number, quantity), quantity) for number in shown)
+            real = join.join(readable(number * size, quantity) for number in shown)
             yield name, f"{join.join(f'{number:.4g}' for number in shown)} {_REDUCED[quantity]} = {real}"
 
 

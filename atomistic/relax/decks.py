@@ -13,8 +13,8 @@ import numpy as np
 
 from atomistic.config.crystal import DeckSolverTable, ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
-from atomistic.config.motion import Steps, thermal_energy
-from atomistic.config.quantities import in_reduced, with_units
+from atomistic.config.motion import HOTTEST, Steps, thermal_energy
+from atomistic.config.quantities import QUANTITIES, in_reduced, with_units
 from atomistic.crystal.crystal import Slab, distortion
 from atomistic.crystal.model import Model, Potential, measured
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
@@ -43,7 +43,7 @@ from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import NotConvergedError
 from continuum.tables import Fault, Table
-from continuum.units import parse
+from continuum.units import Units, parse
 
 
 class DeckParts(NamedTuple):
@@ -65,7 +65,7 @@ class DeckParts(NamedTuple):
     """Text of the input."""
 
 
-def parts_of(config: DeckConfig) -> DeckParts:
+def parts_of(config: DeckConfig, progress: Progress | None = None) -> DeckParts:
     """Read the parts of an input, and measure its crystal.
 
     Raises ConfigError if its parts do not fit together, a file is invalid, or its numbers are beyond a crystal under a
@@ -96,14 +96,36 @@ def parts_of(config: DeckConfig) -> DeckParts:
     shape = None if config.follows == "site" else shape_of_surface(config.surface, heights)
     if config.wall_force == "atoms" and shape is not None:
         require_apart(config, steps, wall, shape, slab)
-    notes = described(config, slab, model, wall, heights) + notes
+    notes = described(config, slab, deck_units(config, model, progress), wall, heights) + notes
     source = "" if config.source is None else config.source.text
     return DeckParts(slab, model, wall, heights, steps, shape, config.wall_force, config.solver, notes, source)
 
 
-def described(config: DeckConfig, slab: Slab, model: Model, wall: Wall, heights: Real) -> tuple[str, ...]:
+def deck_units(config: DeckConfig, model: Model, progress: Progress | None = None) -> Units | None:
+    """Units of the crystal of an input at the temperature of its motion; None without a length scale."""
+    motion = config.steps().motion
+    return _units_at(model, 0.0 if motion is None else motion.temperature, progress)
+
+
+def _units_at(model: Model, temperature: Any, progress: Progress | None = None) -> Units | None:
+    """Units with the a0 of a temperature in E* a0³ or text, which is measured unless it is on disk; E* is that at rest.
+
+    Of what is no temperature of a crystal, which is refused where it is read, those at rest.
+    """
+    real, crystal = model.real_units, measured(model)
+    if real is None or crystal is None:
+        return real
+    try:
+        energy = float(thermal_energy(temperature, real))
+    except (ValueError, TypeError):
+        return real
+    if not 0 < energy <= HOTTEST:
+        return real
+    return warm_crystal(crystal, energy, 0, default_folder(), progress).of(crystal).real_units
+
+
+def described(config: DeckConfig, slab: Slab, real: Units | None, wall: Wall, heights: Real) -> tuple[str, ...]:
     """Lines for the README of a deck: its settings, with real units if the crystal has a length scale."""
-    real = model.real_units
 
     def nanometres(value: float) -> str:
         return f"{value:.4g} a0" + ("" if real is None else f" ({real.to_si(value, 'length') / 1e-9:.4g} nm)")
@@ -120,7 +142,9 @@ def described(config: DeckConfig, slab: Slab, model: Model, wall: Wall, heights:
         + f", attraction over {nanometres(float(wall.range))}",
         f"Slab: {slab.shape[0]} x {slab.shape[1]} atoms, {nanometres(slab.depth)} deep"
         + (
-            "" if real is None else f"; a0 = {real.a0 / 1e-10:.5g} Å, E* = {real.contact_modulus / 1e9:.4g} GPa at rest"
+            ""
+            if real is None
+            else f"; a0 = {real.a0 / 1e-10:.5g} Å, and E* = {real.contact_modulus / 1e9:.4g} GPa of the crystal at rest"
         ),
     ]
     motion = config.steps().motion
@@ -183,7 +207,7 @@ def _heights(surface: SurfaceTable, config: DeckConfig, slab: Slab, model: Model
 
 @_heights.register
 def _(surface: TopographySurface, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
-    real = model.real_units
+    real = deck_units(config, model)
     if real is None and surface.spacing is not None:
         a0 = parse(surface.spacing, "length")
     elif real is not None and surface.spacing is None:
@@ -308,8 +332,8 @@ def parts_under(
     return DeckParts(slab, measured, wall, heights, steps, shape, force, DeckSolverTable())
 
 
-def deck_input(path: str | Path) -> DeckConfig:
-    """Read the input of a deck, and convert its units to reduced ones.
+def deck_input(path: str | Path, progress: Progress | None = None) -> DeckConfig:
+    """Read the input of a deck, and convert its units to reduced ones, with the a0 of the temperature of its motion.
 
     Raises ConfigError with all faults of the file; PotentialError or LammpsError if a number has a unit, and the
     crystal is not a stable fcc one, or LAMMPS fails.
@@ -321,7 +345,7 @@ def deck_input(path: str | Path) -> DeckConfig:
         potential = parsed(source, ElasticConfig).interatomic.potential()
     except ConfigError:
         return parsed(source, DeckConfig)  # which reports this fault together with the others
-    values, faults = in_reduced(source.data, model_of(potential).real_units)
+    values, faults = in_reduced(source.data, _units_for(source.data, model_of(potential), progress))
     try:
         return parsed(source, DeckConfig, values)
     except ConfigError as error:
@@ -330,14 +354,23 @@ def deck_input(path: str | Path) -> DeckConfig:
         raise ConfigError(source, [*faults, *others]) from None
 
 
-def steps_in_units(given: Mapping[str, Any], model: Potential) -> Mapping[str, Any]:
+def _units_for(given: Mapping[str, Any], model: Model, progress: Progress | None) -> Units | None:
+    """Units for the texts of an input or a call: pressures depend on E* alone, all others also on a0."""
+    protocol, real = given.get("protocol"), model.real_units
+    only_pressures = all(QUANTITIES[str(key[-1])] == "pressure" for key in with_units(given))
+    if not isinstance(protocol, Mapping) or only_pressures or in_reduced(given, real)[1]:  # faults, said at once
+        return real
+    return _units_at(model, protocol.get("temperature", 0.0), progress)
+
+
+def steps_in_units(given: Mapping[str, Any], model: Potential, progress: Progress | None = None) -> Mapping[str, Any]:
     """The separations, pressures or protocol of a call, with units converted to a0 and E*.
 
     Raises ConfigError, PotentialError or LammpsError as :func:`deck_input`.
     """
     if not with_units(given):
         return given
-    values, faults = in_reduced(given, model_of(model).real_units)
+    values, faults = in_reduced(given, _units_for(given, model_of(model), progress))
     if faults:
         raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
     return values

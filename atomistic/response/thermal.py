@@ -51,7 +51,7 @@ class WarmCrystal:
     pressure: float
     """Remaining pressure of the last run, in E*, positive in compression; the stretch is corrected for it."""
     rise: tuple[float, ...]
-    """Rise of each layer of a slab above its lattice site, from the surface down to the frozen base."""
+    """Rise of each layer of a slab above its lattice site, from the surface down to the frozen base; empty without."""
     rise_error: float
     """Standard error of the rise of the surface."""
 
@@ -75,7 +75,7 @@ def warm_crystal(
     ----------
     model : the crystal at rest.
     temperature : k_B T, in its E* a0³.
-    mobile : number of mobile layers of the slab.
+    mobile : number of mobile layers of the slab; zero for the lattice constant alone, in a third of the time.
     folder : folder of the files, made if needed; nothing is stored if that fails.
     progress : called after each run of a measurement with the number of finished runs and of all.
 
@@ -95,7 +95,8 @@ def warm_crystal(
         return WarmCrystal(**(found | {"rise": tuple(found["rise"])}))
     except (OSError, ValueError, TypeError, KeyError):
         pass  # missing or damaged: measured again
-    warm = measure_warm_crystal(model, temperature, layers, progress)
+    bulk = warm_crystal(model, temperature, 0, folder, progress) if layers else None
+    warm = measure_warm_crystal(model, temperature, layers, progress, bulk)
     try:
         output.folder(path.parent)
         output.save(path, json.dumps(asdict(warm), indent=2) + "\n", own=True)
@@ -105,18 +106,33 @@ def warm_crystal(
 
 
 def measure_warm_crystal(
-    model: CrystalModel, temperature: float, layers: int = _LAYERS, progress: Progress | None = None
+    model: CrystalModel,
+    temperature: float,
+    layers: int = _LAYERS,
+    progress: Progress | None = None,
+    bulk: WarmCrystal | None = None,
 ) -> WarmCrystal:
     """Measure the lattice constant of a periodic crystal at zero pressure, then the layers of a slab on a frozen base.
 
     The lattice constant follows from three runs: two with their secant, and a third whose pressure is corrected for.
     The pressure is that of the virial and of an ideal gas, N k_B T/V, whose mean is exact.  The arguments are those of
-    :func:`warm_crystal`; ``layers`` of the slab move.
+    :func:`warm_crystal`; ``layers`` of the slab move, and without any only the lattice constant is measured; ``bulk``
+    has it already.
     """
+    tell = progress or (lambda done, total: None)
+    bulk = bulk or _measure_bulk(model, temperature, tell)
+    if not layers:
+        return bulk
+    rise, rise_error = _rise(bulk.of(model), temperature * bulk.stretch**-3, layers)
+    tell(4, 4)
+    return replace(bulk, rise=rise, rise_error=rise_error)
+
+
+def _measure_bulk(model: CrystalModel, temperature: float, tell: Progress) -> WarmCrystal:
+    """The lattice constant at a temperature, without the layers of a slab."""
     c11, c12, _ = model.elastic_constants
     stretch, stiffness = 1.0, c11 + 2 * c12  # -dp/d ln(a), at rest
     pressure, error = _pressure(model, temperature, stretch, _BLOCKS // 2)
-    tell = progress or (lambda done, total: None)
     tell(1, 4)
     for done, blocks in enumerate((_BLOCKS // 2, _BLOCKS), 2):
         before, step = pressure, pressure / stiffness
@@ -127,9 +143,7 @@ def measure_warm_crystal(
         if before > 10 * error:
             stiffness = (before - pressure) / step
     stretch *= 1 + pressure / stiffness
-    rise, rise_error = _rise(_stretched(model, stretch), temperature * stretch**-3, layers)
-    tell(4, 4)
-    return WarmCrystal(temperature, stretch, error / stiffness, pressure, rise, rise_error)
+    return WarmCrystal(temperature, stretch, error / stiffness, pressure, (), 0.0)
 
 
 def _stretched(model: CrystalModel, stretch: float) -> CrystalModel:

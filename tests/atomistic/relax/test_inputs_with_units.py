@@ -13,6 +13,7 @@ import atomistic as a
 import continuum as c
 from atomistic.cli import main
 from atomistic.config.quantities import QUANTITIES, in_both, in_reduced, with_units
+from atomistic.lammps.protocol import Motion, time_unit
 from atomistic.relax.decks import deck_input
 from continuum.files.toml import ConfigError
 from continuum.units import Units, readable
@@ -77,9 +78,13 @@ def test_what_is_told_in_both_units_is_the_same(silver: Units) -> None:
     assert told["protocol.temperature"].endswith("E* a0³ = 300 K")
 
 
-def test_an_input_with_units_is_the_one_without(tmp_path: Path, silver: Units) -> None:
+def test_an_input_with_units_is_the_one_without(tmp_path: Path, silver: Units, expanded: float) -> None:
+    warm = Units(silver.a0 * expanded, silver.contact_modulus, silver.mass)
     given = {
-        name: [readable(silver.to_si(v, QUANTITIES[name]), QUANTITIES[name], 12) for v in np.ravel(value)]
+        name: [
+            readable((silver if name == "temperature" else warm).to_si(v, QUANTITIES[name]), QUANTITIES[name], 12)
+            for v in np.ravel(value)
+        ]
         for name, value in REDUCED.items()
     }
     text = {name: value if name == "separations" else value[0] for name, value in given.items()}
@@ -93,11 +98,43 @@ def test_an_input_with_units_is_the_one_without(tmp_path: Path, silver: Units) -
     assert config.source.text == (tmp_path / "units.toml").read_text(encoding="utf-8")  # travels with the deck
 
 
-def test_check_says_numbers_in_both_units(tmp_path: Path, capsys: pytest.CaptureFixture[str], silver: Units) -> None:
+def test_check_says_numbers_in_both_units(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], silver: Units, expanded: float
+) -> None:
     assert main(["check", str(written(tmp_path / "deck.toml", velocity="37m/s"))]) == 0
-    out = capsys.readouterr().out
-    assert f"{37 / silver.si('velocity'):.4g} (E* a0³/m)^(1/2) = 37 m/s" in out
-    assert f"20 a0 (m/(E* a0³))^(1/2) = {20 * silver.si('time') / 1e-12:.4g} ps" in out
+    out, warm = capsys.readouterr().out, Units(silver.a0 * expanded, silver.contact_modulus, silver.mass)
+    assert f"{37 / warm.si('velocity'):.4g} (E* a0³/m)^(1/2) = 37 m/s" in out
+    assert f"20 a0 (m/(E* a0³))^(1/2) = {20 * warm.si('time') / 1e-12:.4g} ps" in out
+    # k_B T as a number counts in E* a0³ of the crystal at rest.
+    assert f"0.002 E* a0³ = {0.002 * silver.si('temperature'):.4g} K" in out
+
+
+def test_lengths_of_a_warm_deck_are_those_of_its_crystal_at_the_temperature(tmp_path: Path, expanded: float) -> None:
+    contact = c.Contact(c.sine(c.Grid.square(12), 0.05, (1, 0)), wall=c.LennardJonesSpline(adhesion_length=0.005))
+    copper = a.EmbeddedAtom.read(a.find_potential("Cu_mishin1.eam.alloy"))
+    motion = {"kind": "velocity", "separations": ["3.3177Å", "3.0Å"], "velocity": "10m/s", "window": "1ps"}
+    found = a.deck(contact, copper, protocol=motion | {"temperature": "300K"}, depth=6)
+    rest = a.elastic(copper).model.length
+    # In LAMMPS' units metal, Å and ps: what the script says times the a0 with which the crystal is built.
+    assert found.model.length == pytest.approx(expanded * rest, rel=1e-12)
+    assert isinstance(found.protocol, Motion)
+    assert found.protocol.separations[0] * found.model.length == pytest.approx(3.3177, rel=1e-12)
+    assert found.protocol.separations[-1] * found.model.length == pytest.approx(3.0, rel=1e-12)
+    way = sum(found.protocol.durations[found.protocol.hold :]) * time_unit(found.model)
+    assert way == pytest.approx(3.177, rel=1e-5)  # 0.3177 Å at 0.1 Å/ps; LAMMPS' unit of mass has eight digits
+    # At rest as before.
+    still = a.deck(contact, copper, separations=["3.3177Å", 1.2], depth=6)
+    assert still.protocol is not None
+    assert still.protocol.separations[0] * rest == pytest.approx(3.3177, rel=1e-12)
+
+
+def test_all_lengths_of_a_warm_input_and_its_notes_are_of_one_a0(tmp_path: Path, expanded: float) -> None:
+    path = written(tmp_path / "deck.toml", depth="17Å", radius="100Å", range="1Å", temperature="300K")
+    found = a.deck(path)
+    assert found.slab.mobile == round(17 / found.model.length * np.sqrt(2))
+    assert found.wall.range * found.model.length == pytest.approx(1.0, rel=1e-12)
+    assert any(f"a0 = {found.model.length:.5g} Å" in note for note in found.notes)
+    assert any("attraction over" in note and "(0.1 nm)" in note for note in found.notes)
 
 
 @pytest.mark.parametrize(
@@ -111,7 +148,9 @@ def test_check_says_numbers_in_both_units(tmp_path: Path, capsys: pytest.Capture
         ({"window": "-5ps"}, ['window = "-5ps"', "greater than or equal to 1"]),
     ],
 )
-def test_text_that_is_no_quantity_is_told_with_its_key(tmp_path: Path, values: dict, words: list[str]) -> None:
+def test_text_that_is_no_quantity_is_told_with_its_key(
+    tmp_path: Path, values: dict, words: list[str], expanded: float
+) -> None:
     with pytest.raises(ConfigError) as error:
         a.deck(written(tmp_path / "deck.toml", **values))
     for word in words:

@@ -113,16 +113,18 @@ def test_a_damaged_file_is_measured_anew_and_a_folder_that_cannot_be_written_doe
 ) -> None:
     warm = WarmCrystal(1e-3, 1.01, 1e-4, 0.0, (0.1, 0.0), 1e-3)
     calls = []
-    monkeypatch.setattr(thermal, "measure_warm_crystal", lambda *given: calls.append(given) or warm)
+    monkeypatch.setattr(thermal, "measure_warm_crystal", lambda *given: calls.append(given[2]) or warm)
     assert thermal.warm_crystal(model, 1e-3, 2, tmp_path) == warm
     assert thermal.warm_crystal(model, 1e-3, 2, tmp_path) == warm
-    assert len(calls) == 1
+    assert calls == [0, 2]  # the lattice constant, which has a file of its own, and the layers
+    assert thermal.warm_crystal(model, 1e-3, 3, tmp_path) == warm
+    assert calls == [0, 2, 3]
     assert thermal.warm_crystal(model, 2e-3, 2, tmp_path) == warm
-    assert len(calls) == 2
+    assert calls == [0, 2, 3, 0, 2]
     for file in tmp_path.iterdir():
         file.write_text("{")
     assert thermal.warm_crystal(model, 1e-3, 2, tmp_path) == warm
-    assert len(calls) == 3
+    assert calls == [0, 2, 3, 0, 2, 0, 2]
     (tmp_path / "file").write_text("")
     assert thermal.warm_crystal(model, 1e-3, 2, tmp_path / "file" / "folder") == warm
 
