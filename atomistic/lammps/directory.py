@@ -21,7 +21,7 @@ import scipy.constants
 from numpy.typing import NDArray
 
 import continuum
-from atomistic.crystal.crystal import LAYER_SPACING, Slab
+from atomistic.crystal.crystal import LAYER_SPACING, LOST, Slab
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.earlier import OUTPUTS, PARTS, remove_outputs, step_keys, steps_to_keep
@@ -98,6 +98,8 @@ def render(deck: Deck) -> dict[str, str]:
         "notes": "".join(f"{textwrap.fill(''.join(filter(str.isprintable, note)), 118)}\n" for note in deck.notes),
         "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
         "package": "MOLECULE" if bonds else "that of the pair_style" if model.files else "EXTRA-PAIR",
+        **dict.fromkeys(_STRUCTURE, ""),
+        **({} if bonds else _STRUCTURE),
         **force_lines(deck.shape),
         **_steps(deck),
         **wall_words(deck),
@@ -116,6 +118,16 @@ def render(deck: Deck) -> dict[str, str]:
     return texts | wall_files(deck) | {"wall.table": wall_table(wall, deck.wall_tolerance), "wall.vtk": mesh}
 
 
+_STRUCTURE = {
+    "structure": (
+        "# Common neighbours of each atom: 1 fcc, 2 hcp as in a stacking fault, 5 others, as at the surface;\n"
+        "# neighbours are nearer than half way between the first and the second shell.\n"
+        f"compute         structure all cna/atom $({LOST:.17g}*v_length_unit)\n"
+    ),
+    "structure_column": " c_structure",
+    "structure_name": " &\n                colname c_structure structure",
+}
+"""Placeholders of the common neighbour analysis, which crystals of fixed bonds do without."""
 _INCLUDED = {
     "in.relax": {
         "how": "in.relax      how an equilibrium is found",

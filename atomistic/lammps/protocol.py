@@ -140,22 +140,42 @@ AVERAGES = {
     "temperature": "v_temperature",
 }
 """Averaged quantities and their names in LAMMPS; units as in ``result.json``."""
+ENERGIES = ("work_along", "work_up", "taken_by_wall", "heat", "inner_energy")
+"""What a window says of its energy, in E* a0³; names as in ``result.json``.
+
+Work that the wall did as it slid, and as it moved up or down; of the latter, what a wall that keeps a pressure took
+beyond the work of that pressure; heat from the thermostat; energy of atoms and wall at the end, with their motion.
+"""
 BLOCKS = 10
 """Blocks of a time window, from whose means its standard errors come."""
 SAMPLED = 10
 """Time steps from one sample of the wall's numbers to the next."""
 _PER_PERIOD = 30
 """Time steps of the shortest period: velocity Verlet errs by (π/30)² = 1 % in the kinetic energy of that mode."""
+_OTHER_SEED = 5003
+"""Added to the seed of the thermostat, it is that of the noise of the wall."""
 BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
 """LAMMPS' own, in its units."""
 
 
 _UNDER_LOAD = """\
-# The wall keeps the mean pressure {pressure} E*: what the load is too much lifts it, at a velocity in proportion.  Its
-# height is that at the end of the window before and the way made since: by the mean of the load since, times the time.
+# The wall keeps the mean pressure {pressure} E*: it has no mass and moves up at (load - wanted + noise)/drag.
+# Its height is that at the end of the window before and the way made since, by the sum of this push.
 variable        lifted delete
 if "${{step}} > 1" then "variable lifted file height.$(v_before:%.0f).txt" else "variable lifted string ${{from}}"
-variable        separation equal ${{lifted}}+{rate}*step*${{dt}}*(f_follow-({load}))"""
+variable        wanted equal {load}    # E* a0^2
+variable        separation equal ${{lifted}}+{rate}*${{dt}}*f_follow[3]"""
+_FOLLOW = """\
+# The noise of the wall's drag: random forces of a Langevin thermostat on the base, which does not move and has that
+# drag as a whole.  In a time step dt their sum has the variance 2 k_B T drag/dt: the wall is a bath at T, not at 0.
+fix             noise base langevin {temperature} {temperature} $(count(base)*{damping}) $({seed}+10007*v_step:%.0f)
+compute         noise base reduce sum fz
+variable        pushed equal f_follow[3]+c_load-v_wanted+c_noise/v_force_unit
+# What the wall takes from atoms and weight: the load that is too much times its way up, by the trapezoidal rule.
+variable        taken equal f_follow[4]+(step>0)*(0.5*(c_load+f_follow[1])-v_wanted)*(v_separation-f_follow[2])
+# Load and height of the step before and both sums, for the lines above; the last fix, as the wall moves with it.
+fix             follow all ave/time 1 1 1 c_load v_separation v_pushed v_taken
+"""
 
 
 def time_unit(model: Model) -> float:
@@ -316,6 +336,7 @@ class Motion(Protocol):
                 f"variable        error_{name} string $(sqrt({rest}*({rest}>0)/{BLOCKS - 2}):%.17g)",
             ]
             averages += [f'  "{kind}_{name}": ${{{kind}_{name}}},\n' for kind in ("mean", "error")]
+        averages += [f'  "{name}": ${{{name}}},\n' for name in ENERGIES]
         return {
             "from": listing(self.separations[:-1]),
             "to": listing(self.separations[1:]),
@@ -349,16 +370,25 @@ class Motion(Protocol):
     def _height(self, model: Model, surface_atoms: int) -> dict[str, str]:
         """Commands for the height of the wall: given, or from the load."""
         if self.pressure is None:
-            way = "variable        separation equal ${from}+v_done*(${to}-(${from}))"
-            return {"height_of_wall": way, "follow": "", "unfollow": "", "height_left": ""}
-        rate = formatted(1 / (impedance(model) * surface_atoms * time_unit(model)))
-        load = formatted(self.pressure * surface_atoms)
+            return {
+                "height_of_wall": "variable        separation equal ${from}+v_done*(${to}-(${from}))",
+                "follow": "", "unfollow": "", "height_left": "",
+                "here": "v_separation", "taken": "0.0", "work_up": "-v_mean_load*(v_to-v_from)",
+            }  # fmt: skip
+        drag, load = impedance(model) * surface_atoms, formatted(self.pressure * surface_atoms)
+        time, kelvin = time_unit(model), formatted(self.temperature * model.energy / BOLTZMANN[model.units])
         return {
-            "height_of_wall": _UNDER_LOAD.format(rate=rate, load=load, pressure=f"{self.pressure:.6g}"),
-            "follow": "fix             follow all ave/time 1 1 1 c_load ave running    # of this window\n",
-            "unfollow": "unfix           follow\n",
+            "height_of_wall": _UNDER_LOAD.format(
+                rate=formatted(1 / (drag * time)), load=load, pressure=f"{self.pressure:.6g}"
+            ),
+            # The drag m/damping of each atom of the base is that of the wall, divided among them.
+            "follow": _FOLLOW.format(
+                temperature=kelvin, damping=formatted(time / drag), seed=f"{self.seed + _OTHER_SEED:d}"
+            ),
+            "unfollow": "unfix           follow\nunfix           noise\n",
             "height_left": 'print           "${here}" file height${mark}.txt\n',
-        }
+            "here": "f_follow[2]", "taken": "f_follow[4]", "work_up": "-v_wanted*(f_follow[2]-v_lifted)-f_follow[4]",
+        }  # fmt: skip
 
     def misfit(self, mobile: int, *, stays: bool) -> tuple[str, object, str] | None:
         if not 1 <= self.layers < mobile:

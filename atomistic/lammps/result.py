@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from atomistic.crystal.crystal import Slab, distortion, slipped
 from atomistic.lammps.directory import FORMAT, read_slab
 from atomistic.lammps.earlier import finished_steps
-from atomistic.lammps.protocol import LOAD_TOLERANCE
+from atomistic.lammps.protocol import ENERGIES, LOAD_TOLERANCE
 from continuum.errors import InputError, StickinessError
 from continuum.measure.contact import quantity
 from continuum.model.fourier import Real
@@ -27,6 +27,8 @@ from continuum.units import Units
 
 FORCES = {"load": "force", "target_load": "target_force"}
 """Names in ``result.json`` of forces, as a load is per area here."""
+HCP = 2
+"""LAMMPS' number of an atom with hcp neighbours."""
 LARGEST_DISTORTION = 0.5
 """Relative displacement beyond which neighbours have moved apart or past one another, in a0."""
 
@@ -47,7 +49,9 @@ class DeckStatus(enum.Enum):
     TARGET_MISSED = "the load is not that of the mean pressure: no separation near here has it"
     FORCES_LEFT = "forces are left: allow more evaluations or time, or start from the lattice solution"
     BELOW_CORE = "the surface is below the core of the wall law, where it is only a continuation: lower the core"
-    YIELDED = "the crystal has yielded: atoms have other neighbours than before"
+    YIELDED = (
+        "the crystal has slipped: atoms have other neighbours than at rest; it is plastic if they keep them unloaded"
+    )
     DISTORTED = "neighbours have moved apart or past one another: the separation is too small, or the start wrong"
 
     @property
@@ -91,12 +95,17 @@ class DeckResult:
     lammps_version: int = quantity("", "date of the release, yyyymmdd")
     bonded: bool = False
     """Whether bonds are fixed, so that neighbours cannot change."""
+    structure: NDArray[np.int64] | None = field(default=None, repr=False)
+    """Structure by common neighbours, shape (layers, nx, ny): 1 fcc, 2 hcp, 3 bcc, 4 icosahedral, 5 other (D. Faken and
+    H. Jónsson, Comput. Mater. Sci. 2, 279 (1994)); None with fixed bonds, or of an earlier deck."""
     averages: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
     """Mean over the time window, and its standard error, by name; empty for an equilibrium.
 
     ``load`` is ``force``, ``load_rep`` its repulsive part, the others as above, ``temperature`` k_B T of all
     mobile atoms in E* a0³.
     """
+    energies: Mapping[str, float] = field(default_factory=dict, repr=False)
+    """What the window says of its energy, in E* a0³, by :data:`atomistic.lammps.protocol.ENERGIES`; empty as above."""
 
     @property
     def load_rep(self) -> float:
@@ -121,13 +130,22 @@ class DeckResult:
         return slipped(self.slab, self.displacements)
 
     @property
+    def faulted(self) -> int:
+        """Number of atoms in stacking faults, hcp among fcc ones; -1 if nobody looked."""
+        if self.structure is None:
+            return 0 if self.bonded else -1
+        return int(np.count_nonzero(self.structure == HCP))
+
+    @property
     def status(self) -> DeckStatus:
         if not self.averages and not self.largest_force <= self.tolerance:
             return DeckStatus.FORCES_LEFT
         if self.smallest_gap < self.core:
             return DeckStatus.BELOW_CORE
+        if self.slipped.any():
+            return DeckStatus.YIELDED
         if not self.distortion < LARGEST_DISTORTION:
-            return DeckStatus.YIELDED if self.slipped.any() else DeckStatus.DISTORTED
+            return DeckStatus.DISTORTED
         if self.target_force and not abs(self.force - self.target_force) <= LOAD_TOLERANCE * abs(self.target_force):
             return DeckStatus.TARGET_MISSED
         if self.averages:
@@ -251,7 +269,9 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
         slab=slab,
         step=int(numbers.pop("step")),
         evaluations=evaluations,
+        structure=np.rint(state["structure"]).astype(np.int64).reshape(sites[:3]) if "structure" in state else None,
         averages=averages,
+        energies={name: numbers[name] for name in ENERGIES if name in numbers},
         lammps_version=int(numbers.pop("lammps_version")),
         gap=surface["gap"].reshape(slab.shape),
         traction=surface["traction"].reshape(slab.shape),

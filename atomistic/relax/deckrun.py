@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from atomistic.lammps.directory import read_heights, read_wall
 from atomistic.lammps.earlier import finished_steps
-from atomistic.lammps.protocol import AVERAGES
+from atomistic.lammps.protocol import AVERAGES, ENERGIES, LOAD_TOLERANCE
 from atomistic.lammps.result import (
     FORCES,
     DeckDescription,
@@ -22,7 +22,7 @@ from atomistic.lammps.result import (
     read_description,
     read_result,
 )
-from atomistic.relax.windows import WindowMean
+from atomistic.relax.windows import EnergyBalance, WindowMean, errors_of_one_state
 from continuum.arguments import choice, file_name, flag
 from continuum.arguments import field as map_of
 from continuum.files import store
@@ -75,10 +75,16 @@ class DeckStep:
     area_att_error: float = quantity("1", "standard error of A_att/A0")
     mean_gap_error: float = quantity("a0", "standard error of the mean gap")
     temperature_error: float = quantity("E* a0^3", "standard error of k_B T")
+    work_along: float = quantity("E* a0", "work of the sliding wall on the atoms over A0")
+    work_up: float = quantity("E* a0", "work of the wall on the atoms as it moved up or down, over A0")
+    taken_by_wall: float = quantity("E* a0", "energy over A0 that a wall took beyond the work of the load it keeps")
+    heat: float = quantity("E* a0", "heat from the thermostat over A0")
+    inner_energy: float = quantity("E* a0", "energy of atoms and wall over A0 at the end, with their motion")
     smallest_gap: float = quantity("a0", "smallest gap")
     largest_force: float = quantity("E* a0^2", "largest force left on an atom")
     evaluations: int = quantity("1", "evaluations of the forces")
     slipped: int = quantity("1", "atoms with other nearest neighbours than before")
+    faulted: int = quantity("1", "atoms in stacking faults, hcp by common neighbour analysis; -1 if nobody looked")
     status: str = quantity("", "what was found")
 
     @classmethod
@@ -91,12 +97,15 @@ class DeckStep:
             mean, error = result.averages.get(name, (at_end, 0.0))
             size = result.gap.size if name in totals else 1
             found |= {name: mean / size, f"{name}_error": error / size}
+        unknown = np.nan if result.averages else 0.0  # of a window by an earlier deck, and of an equilibrium
+        found |= {name: result.energies.get(name, unknown) / result.gap.size for name in ENERGIES}
         return cls(
             load_att=found["load_rep"] - found["load"],
             smallest_gap=result.smallest_gap,
             largest_force=result.largest_force,
             evaluations=result.evaluations,
             slipped=int(np.count_nonzero(result.slipped)),
+            faulted=result.faulted,
             status=result.status.name,
             **{name: value for name, value in found.items() if name in cls.__dataclass_fields__},
         )
@@ -159,8 +168,34 @@ class DeckRun:
 
     @property
     def yielded(self) -> int | None:
-        """First step in which the crystal has yielded, from 0; None if it has not."""
+        """First step in which atoms have other neighbours than at rest, from 0; None without any.
+
+        It is plastic only if they keep them when they are :attr:`unloaded`.
+        """
         return next((i for i, step in enumerate(self.steps) if step.status == DeckStatus.YIELDED.name), None)
+
+    @property
+    def unloaded(self) -> int | None:
+        """First step after :attr:`yielded` in which the wall is withdrawn and the load is one that the crystal bore.
+
+        That is the load before it slipped, to the tolerance of a load, or none; None without such a step.
+        """
+        i = self.yielded
+        if i is None or self.slides:
+            return None
+        borne = max(self.steps[i - 1].load, 0.0) if i else 0.0
+        later = range(i + 1, len(self.steps))
+        return next((
+            j for j in later if self.steps[j].separation > self.steps[i].separation
+            and self.steps[j].load <= borne * (1 + LOAD_TOLERANCE)
+        ), None)  # fmt: skip
+
+    @property
+    def plastic(self) -> bool | None:
+        """Whether atoms still have other neighbours when they are :attr:`unloaded`; None if that is not known."""
+        if self.yielded is None:
+            return False
+        return None if self.unloaded is None else self.steps[self.unloaded].slipped > 0
 
     def mean(self, name: str) -> WindowMean:
         """Mean of a quantity of :class:`DeckStep` that has a standard error, over the windows :attr:`averaged`.
@@ -187,6 +222,18 @@ class DeckRun:
             return None
         names = (f"lateral_{self.slides}", f"lateral_{self.slides}_error", "load", "load_error")
         return WindowMean.of_ratio(*(np.array([getattr(step, name) for step in self.averaged]) for name in names))
+
+    @property
+    def balance(self) -> EnergyBalance | None:
+        """Energy that atoms and wall got over the windows :attr:`averaged`; None without any, or of an earlier deck."""
+        count, first = len(self.averaged), self.description.hold + (self.description.dwell if self.slides else 0)
+        if not (count and first):
+            return None  # without a state before them
+        numbers = np.array([[getattr(step, name) for name in ENERGIES] for step in self.averaged])
+        kept = float(numbers[-1, -1] - self.steps[first - 1].inner_energy)
+        along, up, taken, heat, _ = map(float, numbers.sum(axis=0))
+        error = float(np.sqrt(count) * numbers[:, 2].std(ddof=1)) if count > 1 else np.inf
+        return EnergyBalance(along, up + taken, taken, error, heat, kept) if np.isfinite(kept) else None
 
     @property
     def converged(self) -> bool:
@@ -335,6 +382,14 @@ def read_run(directory: Path) -> DeckRun:
         stiffness = map_of("stiffness", np.load(path), last.slab.grid.shape_q) if path.is_file() else None
     except (OSError, ValueError, TypeError, KeyError, AttributeError, EOFError) as error:
         raise DeckError(f"the deck in {directory} is damaged: {error}; write it again") from error
+    # All windows after hold are at one temperature, and heat flows slowly through the layers of the thermostat.
+    warm = steps[description.hold :]
+    errors = errors_of_one_state(
+        *(np.array([getattr(step, f"temperature{e}") for step in warm]) for e in ("", "_error"))
+    )
+    steps[description.hold :] = [
+        replace(step, temperature_error=float(e)) for step, e in zip(warm, errors, strict=True)
+    ]
     return DeckRun(
         directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips), stiffness
     )

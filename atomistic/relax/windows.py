@@ -19,7 +19,8 @@ class WindowMean:
 
     mean: float
     error: float
-    """Standard error: from the blocks within the windows, or from the scatter of the windows, whichever is larger."""
+    """Standard error: from the blocks within the windows, or from the scatter of the windows and their correlation,
+    whichever is larger."""
     count: int
     """Number of windows."""
     drift: float
@@ -53,7 +54,7 @@ class WindowMean:
             line = stats.linregress(np.arange(count), values)
             drift, drifts = float(line.slope * (count - 1)), bool(line.pvalue < RARE)
         scatter = float(np.sqrt(among / within)) if within else np.inf
-        return cls(mean, max(error, float(np.sqrt(among / count))), count, drift, drifts, scatter, rare)
+        return cls(mean, max(error, correlated_error(values)), count, drift, drifts, scatter, rare)
 
     @classmethod
     def of_ratio(cls, over: Real, over_errors: Real, under: Real, under_errors: Real) -> Self:
@@ -93,3 +94,63 @@ class WindowMean:
                 "than a tenth of a window, so that longer windows are needed."
             )
         return " ".join(found)
+
+
+def correlated_error(values: Real) -> float:
+    """Standard error of the mean of a series whose values may be correlated, shape (n,), n of 2 or more.
+
+    The statistical inefficiency is g = 1 + 2 Σ (1 - k/n) ρ_k, and the variance of the mean γ_0 g/n.  The sum ends
+    before the first ρ_k that is not above n^(-1/2), which is the error of one without correlation.  Covariances about
+    the mean of the series itself are too small by the variance of that mean, which is added until it is the one found
+    (A. M. Ferrenberg, D. P. Landau and K. Binder, J. Stat. Phys. 63, 867 (1991)); at most half of the values are one.
+    """
+    n = len(values)
+    away, lags = values - np.mean(values), np.arange(n)
+    lagged = np.correlate(away, away, "full")[n - 1 :] / n
+    variance = lagged[0] / (n - 1)  # of the mean of independent values
+    for _ in range(100):
+        covariance = lagged + variance * (1 - lags / n)
+        rho = covariance / covariance[0]  # with the factor 1 - k/n
+        end = 1 + int(np.argmin(np.append(rho[1:], -1.0) > n**-0.5))
+        before, inefficiency = variance, min(1 + 2 * float(rho[1:end].sum()), n / 2)
+        variance = lagged[0] * inefficiency / (n - inefficiency)
+        if abs(variance - before) <= 1e-3 * variance:  # far below its own error, (2/n)^(1/2) of it
+            break
+    return float(np.sqrt(variance))
+
+
+def errors_of_one_state(values: Real, errors: Real) -> Real:
+    """Standard errors of windows of one state: by their scatter where it is more than their own errors explain.
+
+    What is correlated for longer than a tenth of a window is not seen by the blocks within it.
+
+    Parameters
+    ----------
+    values, errors : as of :meth:`WindowMean.of`.
+    """
+    if len(values) < 2 or not WindowMean.of(values, errors).scatters:
+        return errors
+    return np.maximum(errors, np.std(values, ddof=1))
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """Energy that atoms and wall got over time windows, over A0, in E* a0."""
+
+    along: float
+    """Work of the wall as it slid."""
+    up: float
+    """Work of the wall as it moved up or down; of a wall that keeps a load, the work of that load."""
+    taken: float
+    """Energy that a wall that keeps a load took, beyond that work, by its drag less its noise; else zero."""
+    taken_error: float
+    """Its standard error, by the scatter of the windows; infinite for a single one."""
+    heat: float
+    """Heat from the thermostat."""
+    kept: float
+    """Change of the energy of atoms and wall, with their motion."""
+
+    @property
+    def left(self) -> float:
+        """Error of the time steps and of the sampling of forces: the energy kept, less all that was got."""
+        return self.kept - (self.along + self.up - self.taken + self.heat)

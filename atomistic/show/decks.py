@@ -27,7 +27,7 @@ def deck_run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = (), remark
     """The last step in detail, all steps of a protocol, and the comparison with the continuum."""
     sheets = [replace(_last(run), note=remark)]
     if run.description.steps:
-        sheets.insert(0, _steps(run))
+        sheets[:0] = [_steps(run), *_balance(run)]
     if beside:
         sheets.append(_compared(run, beside))
     return sheets
@@ -57,6 +57,8 @@ def _steps(run: DeckRun) -> Sheet:
     }
     if any(step.slipped for step in run.steps):
         cells["slipped atoms"] = [step.slipped for step in run.steps]
+        if all(step.faulted >= 0 for step in run.steps):
+            cells["hcp atoms"] = [step.faulted for step in run.steps]
     cells |= _friction_columns(run)
     missing = run.expected - len(run.steps)
     notes = [f"{missing} of {run.expected} steps are not done: the same command goes on with them"] if missing else []
@@ -84,18 +86,26 @@ def _friction_columns(run: DeckRun) -> dict[str, Sequence[Entry]]:
 
 
 def _yield(run: DeckRun) -> list[str]:
-    """The first step in which the crystal has yielded, with its load."""
+    """The first step in which atoms have slipped, with its load, and whether that stays."""
     i = run.yielded
     if i is None:
         return []
-    real = run.description.real_units
+    real, step = run.description.real_units, run.steps[i]
 
     def told(load: float) -> str:
         return f"{load:.4g} E*" + ("" if real is None else f" ({readable(real.to_si(load, 'pressure'), 'pressure')})")
 
-    where = f"{run.steps[i].slipped} atoms have other nearest neighbours, N/A0 = {told(run.steps[i].load)}"
+    faults = f", {step.faulted} stand in stacking faults (hcp)" if step.faulted >= 0 else ""
     held = f"; before it the crystal held {told(run.steps[i - 1].load)}" if i else ""
-    return [f"The crystal has yielded in step {i + 1}: {where}{held}."]
+    lines = [
+        f"The crystal has slipped in step {i + 1}: {step.slipped} atoms have other nearest neighbours{faults}, "
+        f"N/A0 = {told(step.load)}{held}."
+    ]
+    if run.unloaded is None:
+        return [*lines, "Whether that is plastic is not known: no later step is unloaded."]
+    left = run.steps[run.unloaded].slipped
+    found = f"{left} still have: it is plastic" if run.plastic else "none has: it sprang back, and is not plastic"
+    return [*lines, f"In step {run.unloaded + 1}, unloaded, {found}."]
 
 
 def _means(run: DeckRun) -> list[str]:
@@ -171,6 +181,31 @@ def _last(run: DeckRun) -> Sheet:
     if last.lateral_x or last.lateral_y:  # of a wall that follows the atoms
         rows.insert(3, ("lateral force on the atoms", f"{last.lateral_x:.10g}, {last.lateral_y:.10g} E* a0²"))
     return pairs("End of the last window" if last.averages else "Equilibrium of the deck", rows)
+
+
+def _balance(run: DeckRun) -> list[Sheet]:
+    """Energy that atoms and wall got while the wall slides or rests, over A0 and, with a size, of the whole."""
+    found = run.balance
+    if found is None:
+        return []
+    real, atoms = run.description.real_units, run.last.gap.size
+    kept_load = run.description.pressure is not None
+
+    def said(value: float, error: float = 0.0) -> str:
+        mark = f" ± {error:.1g}" if np.isfinite(error) and error else ""
+        whole = "" if real is None else f" ({real.to_si(value * atoms, 'energy') / scipy.constants.eV:.4g} eV)"
+        return f"{value:.4g}{mark} E* a0{whole}"
+
+    rows: list[tuple[str, Entry]] = [(f"work of the wall along {run.slides}", said(found.along))] if run.slides else []
+    rows.append((f"work of {'the load' if kept_load else 'the wall'}, up and down", said(found.up)))
+    if kept_load:
+        rows.append(("from the wall that keeps it", said(-found.taken, found.taken_error)))
+    rows += [
+        ("heat from the thermostat", said(found.heat)),
+        ("kept by atoms and wall", said(found.kept)),
+        ("left over, by time steps and sampling", said(found.left)),
+    ]
+    return [pairs(f"Energy over A0 got in the {len(run.averaged)} windows of the means", rows)]
 
 
 def _compared(run: DeckRun, beside: tuple[ContinuumStep, ...]) -> Sheet:

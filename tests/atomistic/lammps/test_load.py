@@ -50,7 +50,9 @@ def test_the_load_is_kept_but_for_the_way_that_the_height_makes(run: DeckRun) ->
         # A mean of samples at the ends of ten stretches misses half of one stretch of what drifts by twice the miss.
         miss = step.load - PRESSURE
         expected = impedance(Springs()) * way / time
-        assert miss == pytest.approx(expected, abs=step.load_error + 0.1 * abs(miss))
+        # The wall also moves by its noise, whose mean over a time t has the variance 2 k_B T ρ c/(A t) of a pressure.
+        noise = np.sqrt(2 * motion.temperature * impedance(Springs()) / (run.last.gap.size * time))
+        assert miss == pytest.approx(expected, abs=step.load_error + 0.1 * abs(miss) + 3 * noise)
     assert abs(run.averaged[-1].load - PRESSURE) < 0.3 * abs(run.steps[0].load - PRESSURE)
     assert run.description.pressure == PRESSURE
     assert len(run.averaged) == 2
@@ -121,8 +123,9 @@ def test_the_error_of_a_ratio_is_its_scatter(rng: np.random.Generator) -> None:
     found = [WindowMean.of_ratio(f, errors, n, errors) for f, n in zip(friction, loads, strict=True)]
     truth = 0.3 * size / np.sqrt(count) / 2.0  # what goes with the load is no error of the ratio
     assert np.mean([each.mean for each in found]) == pytest.approx(0.3, abs=4 * truth / np.sqrt(series))
-    # A variance from 300 x 7 degrees of freedom scatters by sqrt(2/2100) = 3 %, and a ratio is linear to 1 %.
-    assert np.mean([each.error**2 for each in found]) == pytest.approx(truth**2, rel=0.12)
+    # A variance from 300 x 7 degrees of freedom scatters by sqrt(2/2100) = 3 %, and a ratio is linear to 1 %; what is
+    # correlated by chance adds a sixth to eight independent windows, seen in 500 series.
+    assert 0.88 < np.mean([each.error**2 for each in found]) / truth**2 < 1.12 + 1 / 6
     # Windows that do not scatter: the propagation of independent errors.
     single = WindowMean.of_ratio(np.full(4, 0.6), np.full(4, 0.02), np.full(4, 2.0), np.full(4, 0.04))
     assert single.mean == pytest.approx(0.3)
@@ -148,7 +151,9 @@ def test_a_load_that_makes_no_sense_is_one_message(changes: dict[str, object], w
         a.deck(CONTACT, protocol=TABLE | changes, depth=2.2, follows="atom")
 
 
-def test_check_says_the_pressure_in_gigapascal(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_says_the_pressure_in_gigapascal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], expanded: float
+) -> None:
     path = tmp_path / "copper.toml"
     path.write_text(
         'follows = "atom"\n[interatomic]\nkind = "eam"\nfile = "Cu_mishin1.eam.alloy"\n[slab]\nn = 10\ndepth = 6.0\n'

@@ -53,8 +53,10 @@ def test_a_deck_in_units_metal_moves_copper_by_kelvin_and_picoseconds() -> None:
 
 
 def test_a_wall_under_load_gives_way_by_the_impedance_of_copper() -> None:
-    found = replace(MOTION, pressure=0.02).placeholders(COPPER, mobile=4, surface_atoms=ATOMS)["height_of_wall"]
-    rate, load = (float(text) for text in re.findall(r"\+(\S+?)\*step\*\$\{dt\}\*\(f_follow-\((\S+?)\)\)", found)[0])
+    lines = replace(MOTION, pressure=0.02).placeholders(COPPER, mobile=4, surface_atoms=ATOMS)
+    found = lines["height_of_wall"]
+    (rate,) = map(float, re.findall(r"\+(\S+?)\*\$\{dt\}\*f_follow\[3\]", found))
+    (load,) = map(float, re.findall(r"wanted equal (\S+)", found))
     assert load == pytest.approx(0.02 * ATOMS)
     # A load of E* a0² more than asked for, over all atoms, is a pressure E*/30: the velocity p/(ρ c), in a0/ps.
     density, speed = 4 * MASS / (LATTICE * si.angstrom) ** 3, 0.0
@@ -62,6 +64,11 @@ def test_a_wall_under_load_gives_way_by_the_impedance_of_copper() -> None:
     pressure = COPPER.contact_modulus / GPA * si.giga / ATOMS
     assert rate == pytest.approx(pressure / (density * speed) / A0 * si.pico, rel=1e-4)
     assert impedance(COPPER) == pytest.approx(np.sqrt(np.sqrt(2) * COPPER.elastic_constants.c11), rel=1e-14)
+    # Fluctuation and dissipation: n atoms of the base, of the damping n x, have the drag n m/(n x) of the wall, 1/rate.
+    (damping,) = map(float, re.findall(r"count\(base\)\*(\S+?)\)", lines["follow"]))
+    force = COPPER.contact_modulus / GPA * si.giga * A0**2  # E* a0², in N
+    assert MASS / (damping * si.pico) == pytest.approx(force / (rate * A0 / si.pico), rel=1e-4)
+    assert f"langevin {lines['temperature']} {lines['temperature']} " in lines["follow"]
 
 
 @pytest.mark.parametrize("constants", [(169.9, 122.6, 76.2), (170.0, 60.0, 40.0)])

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +13,7 @@ from hypothesis import strategies as st
 import atomistic as a
 import continuum as c
 from atomistic.crystal.crystal import LOST, Slab, distortion, slipped
-from atomistic.lammps.result import DeckStatus
+from atomistic.lammps.result import DeckResult, DeckStatus, read_result
 
 SLAB = Slab((6, 5), mobile=5)
 SITES = (SLAB.layers, *SLAB.shape, 3)
@@ -87,22 +90,57 @@ def test_atoms_that_leave_for_the_wall_have_lost_neighbours_and_found_none() -> 
     assert not slipped(SLAB, moved).any()
 
 
-def test_copper_under_a_sharp_sphere_is_said_to_have_yielded(tmp_path) -> None:
+def test_atoms_that_exchange_neighbours_before_any_pair_has_moved_by_half_are_seen() -> None:
+    # Second neighbours along the normal move to 0.97 of each other; the four beyond each of them stay behind.
+    moved = np.zeros(SITES)
+    for site, beyond, way in ((1, 0, -1), (3, 4, 1)):
+        moved[site, 2, 2, 2] = 0.22 * way
+        moved[beyond, ..., 2] = -0.2 * way
+    found = slipped(SLAB, moved)
+    assert found[1, 2, 2]
+    assert found[3, 2, 2]
+    assert distortion(SLAB, moved) < 0.5
+    assert state(moved).status is DeckStatus.YIELDED
+    assert state(np.zeros(SITES)).status is DeckStatus.CONVERGED
+
+
+def state(moved: np.ndarray) -> DeckResult:
+    flat = np.zeros(SLAB.shape)
+    numbers = {column.name: 0.0 for column in fields(DeckResult) if column.metadata}
+    return DeckResult(SLAB, flat, flat, flat, moved, np.zeros(SITES), **numbers)  # type: ignore[arg-type]
+
+
+def test_copper_slips_under_a_sharp_sphere_and_springs_back(tmp_path: Path) -> None:
     # 3 a0 deep into 12 a0: mean strains of tens of percent, beyond the strength of any crystal.
     with pytest.warns(UserWarning, match="slope"):
         contact = c.Contact(c.sphere(c.Grid.square(12), 6.0), wall=c.LennardJonesSpline(0.0))
     copper = a.EmbeddedAtom.read(a.find_potential("Cu_mishin1.eam.alloy"))
-    deck = a.deck(contact, copper, separations=[0.4, -0.2, -0.6], depth=6)
-    deck.write(tmp_path / "deck")
-    run = a.run_deck(tmp_path / "deck")
-    assert run.yielded == 2
-    assert [step.status for step in run.steps] == ["CONVERGED", "CONVERGED", "YIELDED"]
-    assert [step.slipped > 0 for step in run.steps] == [False, False, True]
+    deck = a.deck(contact, copper, separations=[0.4, -0.2, -0.6, 0.4], depth=6)
+    run = a.run_deck(deck.write(tmp_path / "deck"))
+    assert (run.yielded, run.unloaded, run.plastic) == (2, 3, False)
+    assert [step.status for step in run.steps] == ["CONVERGED", "CONVERGED", "YIELDED", "CONVERGED"]
+    assert [step.slipped > 0 for step in run.steps] == [False, False, True, False]
+    # LAMMPS' common neighbours: a stacking fault under load, none before and after.
+    assert [step.faulted > 0 for step in run.steps] == [False, False, True, False]
+    # Surface and frozen base have too few neighbours for any structure; all between is fcc once more.
+    assert run.last.structure is not None
+    assert (run.last.structure[6:-1] == 1).all()
     assert run.slips[2].sum() == run.steps[2].slipped
     assert not run.converged
     text = run.sheets()[0].text()
-    assert f"yielded in step 3: {run.steps[2].slipped} atoms have other nearest neighbours" in text
+    assert f"slipped in step 3: {run.steps[2].slipped} atoms have other nearest neighbours" in text
+    assert f"{run.steps[2].faulted} stand in stacking faults (hcp)" in text
     assert f"before it the crystal held {run.steps[1].load:.4g} E*" in text
-    with pytest.raises(c.NotConvergedError, match="the crystal has yielded"):
-        run.last.require()
-    assert run.last.status is DeckStatus.YIELDED
+    assert "In step 4, unloaded, none has: it sprang back, and is not plastic." in text
+    with pytest.raises(c.NotConvergedError, match="the crystal has slipped"):
+        read_result(run.directory, 3).require()
+    # The same, had some kept their new neighbours; and without a step that is unloaded.
+    kept = replace(run, steps=(*run.steps[:3], replace(run.steps[3], slipped=7, status="YIELDED")))
+    assert kept.plastic
+    assert "In step 4, unloaded, 7 still have: it is plastic." in kept.sheets()[0].text()
+    under_load = replace(run, steps=run.steps[:3])
+    assert under_load.plastic is None
+    assert "Whether that is plastic is not known" in under_load.sheets()[0].text()
+    # Less load further down is not unloaded: the crystal has given way.
+    deeper = replace(run, steps=(*run.steps[:3], replace(run.steps[3], separation=-0.8)))
+    assert deeper.unloaded is None
