@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import equilibrium
-from continuum.path.secant import area_logarithm, area_slope, asperity_slope
+from continuum.path.secant import area_logarithm, area_slope, asperity_slope, sample
 from continuum.path.state import Branch, Outcome, PathState, Search, event, nearness
 from continuum.solve.solution import Closer, Settings
 from continuum.solve.solver import Solver
@@ -24,6 +24,9 @@ FEWEST, STEEPEST = 10.0, 2.0
 area has jumped."""
 LOOSE, LOOSEST = 100.0, 1e-5
 """Tolerance of trials, in units of the tolerance asked for, but at most so much, in E*: beyond, areas say nothing."""
+
+RESOLUTION = 1e-3
+"""Width in mean gap down to which jumps are bracketed, in rms heights, where none is given."""
 
 
 def loosened(settings: Settings, factor: float = LOOSE, most: float = LOOSEST) -> Settings:
@@ -67,6 +70,17 @@ class Aim:
         """Largest difference from the target: relative to the contact, or to what is left of the surface beside it."""
         smaller = min(self.target, 1 - self.target)
         return max(self.search.area_tolerance * smaller, 0.5 / self.problem.grid.size) * (1 + 1e-9)
+
+    @cached_property
+    def height(self) -> float:
+        """What mean gaps are measured in: the rms height or, of a flat surface, the range of the attraction, in a0."""
+        return float(sample(self.problem.heights).std()) or self.problem.wall.range
+
+    @property
+    def resolution(self) -> float:
+        """Width in mean gap down to which a jump over the target is bracketed, in a0."""
+        given = self.search.area_resolution
+        return RESOLUTION * self.height if given is None else given
 
     def met(self, state: PathState) -> bool:
         return abs(state.totals.area_rep - self.target) <= self.allowed

@@ -238,11 +238,11 @@ class _Bracket:
 
     def _resolution(self, before: PathState) -> float:
         """Close to the bound of a hard wall all that is left of the mean gap may be less than what is asked for."""
-        return self.aim.search.area_resolution * min(1.0, before.mean_gap - self.aim.problem.wall.bound)
+        return self.aim.resolution * min(1.0, (before.mean_gap - self.aim.problem.wall.bound) / self.aim.height)
 
     def _onward(self, before: PathState) -> float:
         """Next mean gap outside of the bracket; farther if the last step did not get halfway."""
-        problem, target, resolution = self.aim.problem, self.aim.target, self.aim.search.area_resolution
+        problem, target, resolution = self.aim.problem, self.aim.target, self.aim.resolution
         self.width, self.span, self.slow, self.trials = np.inf, np.inf, 0, 0
         ahead, self.ahead = self.ahead, None
         if ahead is not None:
@@ -374,14 +374,14 @@ def _from_coarser(aim: Aim, target: float) -> _Guess | None:
         coarse = coarser_problem(aim.problem, aim.solver.smallest, roughly=True)
     if coarse is None:
         return None
-    close = loosened(aim.settings, CARRIED, NO_FARTHER)
+    close = loosened(aim.settings.coarser(), CARRIED, NO_FARTHER)
     rough = loosened(close, FARTHER, NO_FARTHER)
     # On the last grid before the finest one the area is met so closely that no step is left.
     tolerance = (COARSER if aim.guesses or not carries else LAST) * search.area_tolerance
     tolerance = min(max(tolerance, FEW_POINTS / (target * coarse.grid.size)), max(search.area_tolerance, 0.3))
     # Attraction holds what has snapped in: from there only steps onward lead to states of the approach.
     short = 1.0 - tolerance if aim.adhesive and aim.guesses else 1.0
-    roughly = replace(search, area_tolerance=tolerance, area_resolution=COARSER * search.area_resolution)
+    roughly = replace(search, area_tolerance=tolerance, area_resolution=COARSER * aim.resolution)
     found = find_area(coarse, short * target, close, roughly, (), aim.branch, loose=rough, work=aim.work)
     if not found.solution.status.ok:
         return None

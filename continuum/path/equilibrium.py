@@ -151,5 +151,4 @@ def _may_hold(problem: ContactProblem, gap: Real, tension: float) -> bool:
     nearest = float(gap.min())
     if not np.isfinite(nearest):
         return not np.isposinf(nearest)  # a failure of another kind
-    end = max(nearest, min(problem.wall.reach, nearest + 20.0))
-    return -float(problem.wall.evaluate(np.linspace(nearest, end, 2001)).traction.min()) >= tension
+    return problem.wall.largest_tension_from(nearest) >= tension

@@ -17,13 +17,11 @@ DECAY, FIRST = 2.2, 4.0
 contact the gap rises as the 3/2 power of the distance, so that shorter steps give way the more, as 1/sqrt(ln A)."""
 WEAK = 0.3
 """Range, in h_rms, up to which the attraction adds little to the area where a search begins."""
-LONGEST = 10.0
-"""Range, in a0, by which a search begins farther out, at most: steps from there are as long as they need to be."""
 
 
 def searched_range(problem: ContactProblem) -> float:
-    """Range of the attraction as a search takes it into account, in a0."""
-    return min(problem.wall.range, LONGEST)
+    """Range of the attraction as a search takes it into account, in a0: a cut-off may lie beyond all that is felt."""
+    return min(problem.wall.range, problem.wall.effective_range)
 
 
 def excess_range(problem: ContactProblem) -> float:

@@ -46,7 +46,8 @@ class Search:
     ----------
     area_tolerance : largest difference of the repulsive area from a given one, relative to it or, beyond half
         contact, to what is left of A0; half a point of the grid always counts as met.
-    area_resolution : width in mean gap, in a0, down to which a jump of the area over its target is bracketed.
+    area_resolution : width in mean gap, in a0, down to which a jump of the area over its target is bracketed; None for
+        a thousandth of the rms height.
     event_resolution : width in the controlled quantity down to which jumps between the points of a path are
         bracketed; None not to look for them.
     event_threshold : smallest jump that counts, as a fraction of A0: a change of repulsive area, of
@@ -54,13 +55,14 @@ class Search:
     """
 
     area_tolerance: float = 0.01
-    area_resolution: float = 1e-3
+    area_resolution: float | None = None
     event_resolution: float | None = None
     event_threshold: float = 0.01
 
     def __post_init__(self) -> None:
         number("area_tolerance", self.area_tolerance, above=0, below=1)
-        number("area_resolution", self.area_resolution, above=0)
+        if self.area_resolution is not None:
+            number("area_resolution", self.area_resolution, above=0)
         if self.event_resolution is not None:
             number("event_resolution", self.event_resolution, above=0)
         number("event_threshold", self.event_threshold, above=0, below=1)

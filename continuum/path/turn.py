@@ -214,7 +214,7 @@ class _Place:
             self,
             problem=coarse,
             most=_resolved(self.wall_of(work), coarse, RESOLVED),
-            settings=replace(self.settings, tolerance=COARSER * self.settings.tolerance),
+            settings=replace(self.settings.coarser(), tolerance=COARSER * self.settings.tolerance),
             search=replace(self.search, area_tolerance=min(COARSER * self.search.area_tolerance, 0.3)),
             solver=solver_of(coarse, self.settings),
             bracket=replace(bracket, width=min(COARSER * bracket.width, 0.3), below=None, above=None),

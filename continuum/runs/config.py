@@ -53,7 +53,8 @@ class SolverTable(ToleranceTable):
     max_iterations: _Count = 5000
     """number of iterations after which a point counts as not converged"""
     shift: Annotated[float, Field(gt=0, le=100)] = 0.01
-    """c0 of the preconditioner 1/(K + c0) of long waves, in E*/a0; 0.001 - 0.03 are equally good"""
+    """c0 of the preconditioner 1/(K + c0) of long waves, in E* over the spacing of the grid; 0.001 - 0.03 are equally
+    good"""
     threads: Annotated[int, Field(ge=1, le=1024)] = 1
     """threads of the solver; they do not change results"""
     stability: bool = False
@@ -147,7 +148,7 @@ class RetractionTable(Table):
 class LoadingTable(Table):
     """[loading]: the path."""
 
-    newer: ClassVar[frozenset[str]] = frozenset({"turn"})
+    newer: ClassVar[frozenset[str]] = frozenset({"turn", "area_resolution"})
     control: Control
     """what is given at each point"""
     targets: _Targets
@@ -163,8 +164,9 @@ class LoadingTable(Table):
     turn: Fraction | None = None
     """find at each area the work of adhesion at which the load changes its sign, the turn, instead of the state at the
     given work; the value is the width of the bracket of works, relative to the turn, as 0.02"""
-    area_resolution: Annotated[float, Field(ge=1e-9)] = 1e-3
-    """width in mean gap to which a jump of the area over its target is bracketed, in a0"""
+    area_resolution: Annotated[float, Field(ge=1e-9)] | None = None
+    """width in mean gap to which a jump of the area over its target is bracketed, in a0; a thousandth of the rms height
+    if not given"""
     event_resolution: Annotated[float, Field(ge=1e-9)] | None = None
     """width to which jumps between points are bracketed, in units of the control; jumps are not bracketed if not
     given"""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -68,7 +68,8 @@ class Settings:
     ----------
     tolerance : largest root-mean-square gradient, in E*.
     max_iterations : iterations after which a solve gives up.
-    shift : c0 of the preconditioner 1/(K + c0) of long waves, in E*/a0; the optimum is flat (0.001 - 0.03).
+    shift : c0 of the preconditioner 1/(K + c0) of long waves, in E* over the spacing of the grid; the optimum is flat
+        (0.001 - 0.03).
     warm_grids : coarser grids on which a given start is relaxed first, half the work.  0 keeps strictly to the basin
         of the start: an instability that only a coarse grid has may lead out of it.
     threads : of this process that the solver may use; no bit of a result depends on it.
@@ -90,6 +91,10 @@ class Settings:
         number("shift", self.shift, above=0)
         count("warm_grids", self.warm_grids, 0)
         count("threads", self.threads, 1, MOST_THREADS)
+
+    def coarser(self) -> Settings:
+        """The same, with the same c0, on a grid of twice the spacing."""
+        return replace(self, shift=2 * self.shift)
 
 
 class Closer(NamedTuple):

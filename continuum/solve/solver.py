@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -76,6 +77,7 @@ class Solver:
         """
         mean = self._mean_stiffness if mean_stiffness is None else mean_stiffness
         posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean}
+        settings = replace(settings, shift=self._stiffness(settings.shift))
         return minimise(self._smooth, self._back_end.LEVELS, law, offset, start, settings, closer=closer, **posed)
 
     def constrain(
@@ -127,7 +129,11 @@ class Solver:
     def stability(self, law: Law, gap: Real, mean_stiffness: float | None = None, shift: float = 0.01) -> Stability:
         """The lowest eigenvalue of the Hessian at a gap: :func:`continuum.solve.stability.stability`."""
         grid, stiffness_q, _ = self._surface
-        return stability(grid, stiffness_q, law, gap, mean_stiffness, shift)
+        return stability(grid, stiffness_q, law, gap, mean_stiffness, self._stiffness(shift))
+
+    def _stiffness(self, shift: float) -> float:
+        """c0 in E*/a0 of one in E* over the spacing, in which the stiffness of waves of the grid is the same always."""
+        return shift / self._surface[0].widest_step
 
     @cached_property
     def _smooth(self) -> SmoothGrid:

@@ -29,7 +29,7 @@ def tangent_stiffness(grid: Grid, stiffness_q: Real, law: Law, gap: Real, shift:
     grid, stiffness_q : of the surface; K over the half spectrum, in E*/a0.  At q = 0 it does not count.
     law : of the wall.
     gap : of the equilibrium, shape ``grid.shape``, in a0.
-    shift : c0 of the preconditioner, in E*/a0.
+    shift : c0 of the preconditioner, in E* over the spacing of the grid.
     """
     stiffness = evaluate(law, gap)[2]
     K = np.array(stiffness_q)
@@ -44,7 +44,7 @@ def tangent_stiffness(grid: Grid, stiffness_q: Real, law: Law, gap: Real, shift:
         return (image - grid.mean(image)).ravel()
 
     def smooth(v: NDArray[np.float64]) -> NDArray[np.float64]:
-        spectrum = grid.forward(v.reshape(grid.shape)) / (K + max(shift, float(-stiffness.min())))
+        spectrum = grid.forward(v.reshape(grid.shape)) / (K + max(shift / grid.widest_step, float(-stiffness.min())))
         return grid.inverse(spectrum, overwrite=True).ravel()
 
     size = (grid.size, grid.size)

@@ -29,8 +29,6 @@ SNAPPING, SAFE = 1.0, 2.0
 instead."""
 CORE_STIFFNESS = 5.0
 """Stiffness of the wall's core, in E* per pixel."""
-CORE_DEPTH = 2.0
-"""Depth of the tabulated core, in pixels: at its end the traction is 10 E*."""
 TOLERANCE = 1e-5
 """Residual, relative to h' E*."""
 
@@ -133,8 +131,7 @@ def wall_of_map(topography: Topography, unit: float) -> tuple[Grid, Real]:
 
 def wall_on(grid: Grid, adhesion_length: float, reach: float) -> Wall:
     """The wall of a given l_a = w/E* and effective range, with a core for these pixels; in the unit of the grid."""
-    pixel = max(grid.spacing)
-    return attraction_on_core("spline", adhesion_length, reach, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel)
+    return attraction_on_core("spline", adhesion_length, reach, CORE_STIFFNESS / max(grid.spacing))
 
 
 def solver_doubts(problem: ContactProblem, slope: float, topography: Topography, unit: str) -> list[str]:

@@ -13,8 +13,8 @@ from continuum.model.walls.wall import Wall, WallTable
 from continuum.tables import Positive
 
 Shape = Literal["spline", "exponential"]
-CORE_DEPTH = 2.0
-"""Depth to which a spline's core is tabulated, in a0, from where the traction vanishes."""
+CORE_PRESSURE = 10.0
+"""Pressure up to which a spline's core is tabulated, in E*: beyond that of any elastic contact."""
 _KNOTS = 101
 
 
@@ -23,7 +23,7 @@ def attraction_on_core(
     adhesion_length: float,
     effective_range: float,
     core_stiffness: float,
-    core_depth: float = CORE_DEPTH,
+    core_depth: float | None = None,
 ) -> Wall:
     """Attraction of given work and effective range on a linear core.
 
@@ -37,21 +37,21 @@ def attraction_on_core(
     adhesion_length : l_a = w/E*, in a0.
     effective_range : Δr of Eq. (S-5), in a0.
     core_stiffness : traction per overlap, in E*/a0; at least the stiffness of the paper's law of this work and range.
-    core_depth : depth to which the core of a spline is tabulated, in a0; the same line continues below it.
+    core_depth : depth to which the core of a spline is tabulated, in a0; the same line continues below it.  None for
+        the depth at which the pressure is 10 E*.
     """
     choice("shape", shape, get_args(Shape))
     w = number("adhesion_length", adhesion_length, above=0)
     r = number("effective_range", effective_range, above=0)
-    depth = number("core_depth", core_depth, above=0)
     reach = r / LennardJonesSpline(1.0).effective_range
-    law = LennardJonesSpline(reach, 12 * w / reach**2)
-    stiffness = max(number("core_stiffness", core_stiffness, above=0), law.minimum_stiffness)
+    pull = 12 * w / reach**2  # stiffness of the paper's law, Eq. (S-6)
+    stiffness = max(number("core_stiffness", core_stiffness, above=0), pull)
     if shape == "spline":
+        depth = CORE_PRESSURE / stiffness if core_depth is None else number("core_depth", core_depth, above=0)
         # Dense on both sides of the kink, so that the cubic through the knots follows it.
         dense = np.linspace(0.0, 1.0, _KNOTS) ** 4
-        outside, inside = law.range * dense, -depth * dense[:0:-1]
-        attraction = law.evaluate(law.zero_gap + outside).traction
-        attraction[0] = attraction[-1] = 0.0
+        outside, inside = reach * dense, -depth * dense[:0:-1]
+        attraction = -pull * outside * (1 - dense) ** 2
         return TabulatedWall(np.concatenate([inside, outside]), np.concatenate([-stiffness * inside, attraction]))
 
     def exponential(decay: float) -> Exponential:
@@ -60,8 +60,8 @@ def attraction_on_core(
         return Exponential(2 * w / (1 + np.sqrt(1 + 2 * w / k)), decay, stiffness)
 
     # On a hard core Δr = 1.35 ρ; on the softest, which overlaps by a part of Δr, ρ is smaller.
-    decay = brentq(lambda rho: exponential(rho).effective_range - r, r / 10, r, rtol=1e-13)
-    return exponential(float(decay))
+    decay = brentq(lambda rho: exponential(r * rho).effective_range / r - 1, 0.1, 1.0, rtol=1e-13)
+    return exponential(r * float(decay))
 
 
 class AttractionWall(WallTable):

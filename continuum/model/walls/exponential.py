@@ -8,6 +8,7 @@ import numpy as np
 
 from continuum.arguments import number
 from continuum.model import laws
+from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.wall import Wall, WallTable
 from continuum.tables import Positive
@@ -48,14 +49,9 @@ class Exponential(Wall):
         return -self.surface_energy / (self.decay_length * self.core_stiffness)
 
     @property
-    def largest_tension(self) -> float:
-        """γ/ρ, in E*, where the core ends."""
-        return self.surface_energy / self.decay_length
-
-    @property
-    def largest_softening(self) -> float:
-        """γ/ρ², in E*/a0, where the core ends."""
-        return self.surface_energy / self.decay_length**2
+    def turning_gaps(self) -> Real:
+        """0, where the core ends: the largest tension is γ/ρ, the largest softening γ/ρ²."""
+        return np.zeros(1)
 
 
 class ExponentialWall(WallTable):

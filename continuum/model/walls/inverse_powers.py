@@ -9,6 +9,7 @@ from pydantic import Field
 
 from continuum.arguments import ArgumentError, number, pair
 from continuum.model import laws
+from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.spline import LARGEST_RANGE
 from continuum.model.walls.wall import CORE, Wall, WallTable, is_missing
@@ -53,6 +54,13 @@ class InversePowers(Wall):
         m, n = self.powers
         parameters = np.array([self.minimum_stiffness, self.core, float(m), float(n)])
         return Law(laws.INVERSE_POWERS, parameters, np.inf)
+
+    @property
+    def turning_gaps(self) -> Real:
+        """Tension is largest where (z/a0)^(m-n) = (m+1)/(n+1), softening at (m+2)/(n+2) times that."""
+        m, n = self.powers
+        strongest = (m + 1) / (n + 1)
+        return np.array([strongest, strongest * (m + 2) / (n + 2)]) ** (1 / (m - n))
 
 
 class InversePowersWall(WallTable):

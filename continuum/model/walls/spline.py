@@ -10,6 +10,7 @@ from pydantic import Field
 
 from continuum.arguments import ArgumentError, number
 from continuum.model import laws
+from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.wall import CORE, Wall, WallTable, is_missing
 from continuum.tables import Fault, Fraction, constraint
@@ -70,14 +71,9 @@ class LennardJonesSpline(Wall):
         return self.minimum_stiffness * self.range**2 / 12
 
     @property
-    def largest_tension(self) -> float:
-        """(4/27) k Δr/a0², in E*, at a0 + Δr/3."""
-        return 4 / 27 * self.minimum_stiffness * self.range
-
-    @property
-    def largest_softening(self) -> float:
-        """k/3, in E*/a0, at a0 + 2Δr/3, for any range above zero."""
-        return self.minimum_stiffness / 3 if self.range > 0 else 0.0
+    def turning_gaps(self) -> Real:
+        """Tension is largest at a0 + Δr/3, (4/27) k Δr/a0², and softening at a0 + 2Δr/3, k/3 for any range above 0."""
+        return 1.0 + self.range * np.array([1 / 3, 2 / 3])
 
 
 class SplineWall(WallTable):

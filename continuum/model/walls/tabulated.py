@@ -67,6 +67,16 @@ class TabulatedWall(Wall):
         roots = self._spline.roots(extrapolate=False)
         return float(min(roots[np.isfinite(roots)], default=self.gap[-1]))
 
+    @cached_property
+    def turning_gaps(self) -> Real:
+        """The knots, and where between them the traction of a piece, or its slope, is stationary.
+
+        The slope ends at the last knot, with a jump: it is the one just before that counts.
+        """
+        roots = (self._spline.derivative(order).roots(extrapolate=False) for order in (1, 2))
+        found: Real = np.concatenate([self.gap, *roots, [np.nextafter(self.gap[-1], -np.inf)]])
+        return found[np.isfinite(found)]
+
     @property
     def range(self) -> float:
         """From ``zero_gap`` to the last knot, in a0."""

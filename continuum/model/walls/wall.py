@@ -7,13 +7,12 @@ each solve.  The formulas are those of :mod:`continuum.model.laws`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from continuum.arguments import array
 from continuum.model import laws
@@ -53,6 +52,10 @@ class Wall:
         @property
         def core(self) -> float:
             """Gap below which the law is continued with constant stiffness."""
+
+        @property
+        def turning_gaps(self) -> Real:
+            """Gaps at which tension or softening may be largest: where they are stationary, or have a kink."""
 
     @property
     def range(self) -> float:
@@ -104,29 +107,32 @@ class Wall:
         """Effective range of the attraction, Eq. (S-5); 0 without attraction."""
         if self.work_of_adhesion <= 0:
             return 0.0
-        cutoff = self.reach - self.zero_gap
-        return paper.effective_range(lambda x: -float(self.evaluate(np.array(self.zero_gap + x)).traction), cutoff)
+        unit = self.work_of_adhesion / self.largest_tension  # an integral to infinity has to know where to look
+        cutoff = (self.reach - self.zero_gap) / unit
 
-    @property
+        def attraction(x: float) -> float:
+            return -float(self.evaluate(np.array(self.zero_gap + unit * x)).traction)
+
+        return unit * paper.effective_range(attraction, cutoff)
+
+    @cached_property
     def largest_tension(self) -> float:
         """Largest attractive traction, in E*."""
-        return self._largest(lambda gap: -self.evaluate(gap).traction)
+        return self.largest_tension_from(self.zero_gap)
 
-    @property
+    def largest_tension_from(self, gap: float) -> float:
+        """Largest attractive traction at this gap or any larger one, in E*; 0 where nothing attracts."""
+        gaps = np.append(self.turning_gaps[self.turning_gaps > gap], gap)
+        return max(0.0, -float(self.evaluate(gaps).traction.min()))
+
+    @cached_property
     def largest_softening(self) -> float:
         """Largest negative stiffness as a positive number, in E*/a0.
 
         Flat surfaces snap together at wavelengths above :func:`continuum.theory.paper.snap_in_wavelength` of it.
         """
-        return self._largest(lambda gap: -self.evaluate(gap).stiffness)
-
-    def _largest(self, values: Callable[[Real], Real]) -> float:
-        end = min(self.reach, self.zero_gap + 20.0)
-        gaps = np.linspace(self.zero_gap, end, 20001)
-        i = int(np.argmax(values(gaps)))
-        bounds = gaps[max(i - 1, 0)], gaps[min(i + 1, gaps.size - 1)]
-        found = minimize_scalar(lambda gap: -float(values(np.array(gap))), bounds=bounds, method="bounded")
-        return max(0.0, -float(found.fun), values(gaps[i]).item())
+        gaps = self.turning_gaps[self.turning_gaps >= self.zero_gap]
+        return max(0.0, -float(self.evaluate(gaps).stiffness.min(initial=0.0)))
 
 
 def is_missing(value: object) -> bool:

@@ -15,6 +15,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.path.aim import RESOLUTION
 from continuum.path.equilibrium import equilibrium
 from continuum.path.full_contact import pressure_of_full_contact
 from continuum.path.loading import follow, solve
@@ -119,7 +120,7 @@ def test_a_jump_that_a_coarser_grid_has_seen_is_looked_for_where_it_was() -> Non
     state = solve(problem, "repulsive-area", 0.003, settings)
     assert state.outcome is Outcome.JUMPED_OVER
     assert state.beyond.totals.area_rep > 0.003 > state.totals.area_rep
-    assert 0 < state.mean_gap - state.beyond.mean_gap <= Search().area_resolution
+    assert 0 < state.mean_gap - state.beyond.mean_gap <= RESOLUTION * heights.std()
     held = solve(problem, "mean-gap", state.mean_gap, replace(settings, warm_grids=0), state.gap).require()
     assert held.totals.area_rep == state.totals.area_rep
 
@@ -145,7 +146,7 @@ def test_the_far_end_of_a_jump_is_solved_once(seed: int, target: float, monkeypa
         assert end.solution.status.ok
         assert end.solution.residual <= 2 * settings.tolerance
     assert state.totals.area_rep < target < state.beyond.totals.area_rep
-    assert 0 < state.mean_gap - state.beyond.mean_gap <= Search().area_resolution
+    assert 0 < state.mean_gap - state.beyond.mean_gap <= RESOLUTION * heights.std()
     assert state.beyond.mean_gap == pytest.approx(tried[-1], abs=1e-9)
     assert abs(tried[-1] - tried[-2]) > 1e-9
 

@@ -26,6 +26,7 @@ from continuum.model.surface import SelfAffine, moments
 from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.model.walls.tabulated import TabulatedWall
+from continuum.path.aim import RESOLUTION
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, Event, Outcome, PathState, Search
@@ -123,7 +124,7 @@ def test_an_area_is_met_or_said_to_be_jumped_over(seed: int, length: float, targ
             (event,) = state.events
             sides = sorted([event.before.area_rep, event.after.area_rep])
             assert sides[0] < state.target < sides[1]
-            assert abs(event.before.mean_gap - event.after.mean_gap) <= search.area_resolution
+            assert abs(event.before.mean_gap - event.after.mean_gap) <= RESOLUTION * problem.heights.std()
             assert state.totals.area_rep == event.before.area_rep
             assert state.beyond.totals.area_rep == event.after.area_rep
 

@@ -258,7 +258,7 @@ def test_units_do_not_matter() -> None:
         grid = Grid(problem.grid.shape, (64 * s, 64 * s))
         wall = TabulatedWall(s * base.gap, e * base.traction)
         scaled = ContactProblem(grid, wall, s * problem.heights, InUnits(e))
-        state = solve(scaled, "separation", s * target, Settings(1e-10 * e, shift=0.01 * e / s))
+        state = solve(scaled, "separation", s * target, Settings(1e-10 * e, shift=0.01 * e))
         contact = totals_of(grid, wall, state.gap)
         results.append((state.gap / s, contact.load / e, contact.area_rep, contact.area_att))
     np.testing.assert_allclose(results[0][0], results[1][0], atol=1e-7)

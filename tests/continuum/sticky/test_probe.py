@@ -20,7 +20,7 @@ from continuum.sticky.criteria import RoughContact
 from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import prediction_of
 from continuum.sticky.probe import probe_doubts, probe_pull_off
-from continuum.sticky.simulate import CORE_DEPTH, CORE_STIFFNESS, wall_of_map
+from continuum.sticky.simulate import CORE_STIFFNESS, wall_of_map
 from continuum.sticky.solved_turn import solve_turn
 from continuum.theory.smooth import MaugisDugdale
 from tests.continuum.sticky.test_predict import surface
@@ -84,7 +84,7 @@ def test_the_solver_gains_less_than_the_rim_where_the_surface_is_not_sticky(shar
     topography = surface(64, seed=2, lambda_s=16.0)
     turn = solve_turn(topography, Interface(1.0, 1.0, 0.1, None))
     grid, heights = wall_of_map(topography, 1.0)
-    wall = attraction_on_core("spline", share * turn.work, turn.range, CORE_STIFFNESS, CORE_DEPTH)
+    wall = attraction_on_core("spline", share * turn.work, turn.range, CORE_STIFFNESS)
     problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
     top = wall.zero_gap - heights.min()
     separations = np.linspace(top + turn.range, top - 2 * heights.std(), 20)
