@@ -208,13 +208,16 @@ def _existing(value: object, info: ValidationInfo) -> Path:
     return path
 
 
-def both_directions(kind: type[int] | type[float], low: float, high: float, allowed: str) -> BeforeValidator:
-    """Validator: one number for both directions, or two, along x and y."""
+def both_directions(
+    kind: type[int] | type[float], low: float, high: float, allowed: str, *, one_for_both: bool = False
+) -> BeforeValidator:
+    """Validator: two numbers, along x and y, or where one serves for both directions that one."""
 
     def both(value: Any) -> Any:
-        values = value if isinstance(value, (tuple, list)) else (value, value)
+        values = (value, value) if one_for_both and not isinstance(value, (tuple, list)) else value
         kinds = (int,) if kind is int else (int, float)
-        sound = len(values) == 2 and all(type(v) in kinds and low <= v <= high for v in values)
+        sound = isinstance(values, (tuple, list)) and len(values) == 2
+        sound = sound and all(type(v) in kinds and low <= v <= high for v in values)
         if not sound:
             raise PydanticCustomError("pair", "{allowed}", {"allowed": allowed})
         return tuple(kind(v) for v in values)

@@ -104,7 +104,7 @@ def parsed(source: Source, model: type[_Document], values: Mapping[str, Any] | N
         faults, data = _complete(error.errors(include_url=False), data, model, context)
         bad = {fault.key for fault in faults}
         faults += _contradictions(model, data, (), bad, context)
-        raise ConfigError(source, faults) from None
+        raise ConfigError(source, [*dict.fromkeys(faults)]) from None
     config._source = source
     return config
 
@@ -166,6 +166,8 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
     kind = error["type"]
     key, table, field = _locate(error["loc"], data, model)
     about = f" ({' '.join(field.description.split())})" if field and field.description else ""
+    if kind == "missing" and field and isinstance(key[-1], int):  # of a list of so many entries
+        return Fault(key[:-1], f"{len(get_args(field.annotation))} entries{about}")
     if kind == "extra_forbidden" and table is not None:
         meant = nearest(str(key[-1]), table.model_fields)
         hint = f"misspelt; did you mean {meant}?" if meant else _where_it_belongs(key, model)

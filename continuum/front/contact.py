@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
 from continuum.arguments import field as map_of
 from continuum.front.states import LoadingPath, State, Turn
-from continuum.model.counterface import against
+from continuum.model.counterface import BEYOND, BEYOND_WHY, against
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
@@ -203,7 +203,8 @@ class Contact:
         Parameters
         ----------
         other : heights of the other body, shape (nx, ny), in a0, positive towards the wall.
-        shift : shift of the other body, in a0, periodic; between points by Fourier interpolation.
+        shift : shift of the other body, in a0, periodic; between points by Fourier interpolation.  Refused where nothing
+            is repeated, as what lies beyond the map is not known.
         angle : angle by which it is turned before the shift, in degrees: multiples of 90, which keep the period.
 
         Examples
@@ -217,6 +218,8 @@ class Contact:
         0.15
         """
         lower = map_of("other", other, self.grid.shape)
+        if self.problem.open_boundary is not None and any(pair("shift", shift)):
+            raise ArgumentError("shift", shift, f"{BEYOND}: {BEYOND_WHY}")
         return replace(self, heights=against(self.grid, self.problem.heights, lower, shift, angle))
 
     def turn(self, wall: WallOfWork, *, area: float = 0.01, width: float = 0.02) -> Turn:

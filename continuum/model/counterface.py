@@ -16,6 +16,8 @@ from continuum.tables import Fault, Table, both_directions, constraint
 
 _FARTHEST = 1e6
 _SHIFT = "two numbers [x, y], in a0"
+BEYOND = "no shift, or one of zero, where nothing is repeated"
+BEYOND_WHY = "what lies beyond the map is not known: cut the map of the second body where it is to lie"
 _TURNS = "a multiple of 90 degrees: any other turn breaks the period"
 
 
@@ -36,7 +38,7 @@ def against(grid: Grid, heights: Real, other: Real, shift: tuple[float, float], 
     ----------
     heights : heights of the upper body, shape ``grid.shape``, in a0, positive away from the other.
     other : heights of the lower body, positive towards the upper one.
-    shift : shift of the lower body, in a0, periodic.
+    shift : shift of the lower body, in a0, periodic: of zero where nothing is repeated.
     angle : angle by which it is turned before the shift, in degrees.
     """
     along_x, along_y = (number("shift", length) for length in pair("shift", shift))
@@ -51,7 +53,7 @@ class CounterfaceTable(Table):
     surface: SurfaceTable
     """its heights, positive towards the surface; the keys of [surface]"""
     shift: Annotated[tuple[float, float], both_directions(float, -_FARTHEST, _FARTHEST, _SHIFT)] = (0.0, 0.0)
-    """shift along x and y, periodic, in a0"""
+    """shift along x and y, periodic, in a0; none where nothing is repeated"""
     shift_seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
     """seed of a uniformly random shift over the period; instead of shift"""
     angle: float = 0.0
@@ -67,8 +69,10 @@ class CounterfaceTable(Table):
         if self.angle % 90:
             yield Fault(("angle",), _TURNS)
 
-    def unfit(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
-        """Faults: what the grid cannot resolve, or the period cannot hold."""
+    def unfit(self, n: tuple[int, int], lengths: tuple[float, float], *, repeats: bool) -> Iterator[Fault]:
+        """Faults: what the grid cannot resolve, or the period cannot hold; a shift where there is no period."""
+        if not repeats and (self.shift_seed is not None or any(self.shift)):
+            yield Fault(("counterface", "shift" if any(self.shift) else "shift_seed"), BEYOND, BEYOND_WHY)
         if self.angle % 180 and (n[0] != n[1] or lengths[0] != lengths[1]):
             yield Fault(("counterface", "angle"), "a multiple of 180 degrees where the period is no square")
         for found in (self.surface.too_short(n, lengths), self.surface.too_long(n, lengths)):

@@ -188,12 +188,16 @@ class GridTable(Table):
 
     n: Annotated[
         tuple[int, int],
-        both_directions(int, 1, LARGEST_N, f"a whole number from 2 to {LARGEST_N}, or two in a list [nx, ny]"),
+        both_directions(
+            int, 1, LARGEST_N, f"a whole number from 2 to {LARGEST_N}, or two in a list [nx, ny]", one_for_both=True
+        ),
     ]
     """points along x and y; [1, ny] is a line"""
     period: Annotated[
         tuple[float, float] | None,
-        both_directions(float, 1, LARGEST_N, f"a whole number of a0 from 1 to {LARGEST_N}, or two [Lx, Ly]"),
+        both_directions(
+            float, 1, LARGEST_N, f"a whole number of a0 from 1 to {LARGEST_N}, or two [Lx, Ly]", one_for_both=True
+        ),
     ] = None
     """period along x and y, in a0; n if not given"""
 

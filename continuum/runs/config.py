@@ -301,7 +301,7 @@ class RunConfig(Document):
     @constraint
     def _fits_the_counterface(self) -> Iterator[Fault]:
         if self.counterface is not None:
-            yield from self.counterface.unfit(self.grid.n, self.grid.lengths)
+            yield from self.counterface.unfit(self.grid.n, self.grid.lengths, repeats=self.substrate.repeats)
 
     @constraint
     def _work_to_change(self) -> Iterator[Fault]:

@@ -68,6 +68,22 @@ def test_a_measured_film_presses_on_crystals(tmp_path, crystal):
     end_to_end(tmp_path, crystal, 64, 8.0, 1.2)
 
 
+@pytest.mark.parametrize(("centre", "allowed"), [("0.5", "a list"), ("[0.5]", "2 entries"), ("[]", "2 entries")])
+def test_one_number_where_two_are_needed_is_one_clear_message(
+    tmp_path: Path, centre: str, allowed: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save(tmp_path / "map.npy", np.zeros((8, 8)))
+    (tmp_path / "map.toml").write_text(
+        "separation = 1.0\n[interatomic]\nkind = 'springs'\n[slab]\nn = 8\ndepth = 3.0\n[surface]\n"
+        f"kind = 'topography'\npath = 'map.npy'\nsize = '2nm'\nunit = 'nm'\ncentre = {centre}\n"
+        "[wall]\nlaw = 'lennard-jones-spline'\nadhesion_length = 0.005\n"
+    )
+    assert main(["deck", str(tmp_path / "map.toml"), "-o", str(tmp_path / "deck")]) == 2
+    said = capsys.readouterr().err
+    assert allowed in said
+    assert said.count("surface.centre = ") == 1
+
+
 def test_a_deck_knows_surfaces_and_walls_of_files_whatever_was_imported_before() -> None:
     code = (
         "from atomistic.config.deck import DeckConfig, DeckSurface; from continuum.model.walls import WallTable\n"

@@ -17,6 +17,10 @@ from continuum.runs.config import RunConfig
 TEXT = Path("inputs/smoke/shifted.toml").read_text(encoding="utf-8")
 
 
+PERIODIC = 'response = "half-space"\nmean = "clamped"'
+SELF_AFFINE = re.search(r'kind = "self-affine"[^[]*', TEXT)[0].replace("lambda_L = 64.0", "lambda_L = 32.0")
+
+
 def config(tmp_path: Path, *changes: tuple[str, str]) -> RunConfig:
     text = TEXT.replace("n = 128", "n = 48").replace("lambda_L = 64.0", "lambda_L = 32.0")
     for old, new in changes:
@@ -70,7 +74,20 @@ def test_shifts_by_seed_are_spread_over_the_whole_period(tmp_path: Path) -> None
         ("angle = 90.0", "angle = 45.0", "counterface.angle = 45.0"),
         ("angle = 90.0", "shift_seed = 3", "counterface.shift = [3.5, 0.0]"),
         ("angle = 90.0", "shift_sed = 3", "counterface.shift_sed"),
-        ("shift = [3.5, 0.0]", "shift = [3.5]", "counterface.shift = [3.5]"),
+        ("shift = [3.5, 0.0]", "shift = [3.5]", "counterface.shift = [3.5]\n    allowed: two numbers"),
+        ("shift = [3.5, 0.0]", "shift = 1.0", "counterface.shift = 1.0\n    allowed: two numbers"),
+        (
+            "shift = [3.5, 0.0]",
+            "shift = [1.0, 2.0, 3.0]",
+            "counterface.shift = [1.0, 2.0, 3.0]\n    allowed: two numbers",
+        ),
+        ("shift = [3.5, 0.0]", 'shift = "1.0"', 'counterface.shift = "1.0"\n    allowed: two numbers'),
+        (
+            SELF_AFFINE,
+            'kind = "sine"\namplitude = 0.1\nwaves = 1\n',
+            "surface.waves = 1\n    allowed: two whole numbers",
+        ),
+        (PERIODIC, 'response = "non-periodic-half-space"', "counterface.shift = [3.5, 0.0]\n    allowed: no shift"),
         ("n = 48", "n = [48, 96]", "counterface.angle = 90.0"),
         ("lambda_s = 8.0\nlambda_L = 32.0\nseed = 2", "lambda_s = 1.0\nlambda_L = 32.0\nseed = 2", "lambda_s = 1.0"),
         ("lambda_s = 8.0\nlambda_L = 32.0\nseed = 2", "lambda_s = 8.0\nlambda_L = 64.0\nseed = 2", "lambda_L = 64.0"),

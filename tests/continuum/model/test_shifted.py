@@ -77,3 +77,12 @@ def test_turns_that_break_the_period_are_refused() -> None:
     assert contact.against(heights, angle=180).grid.shape == (48, 40)
     with pytest.raises(ValueError, match="other"):
         contact.against(np.zeros((40, 48)))
+
+
+def test_a_body_is_not_shifted_out_of_a_map_that_is_not_repeated() -> None:
+    """What left the map on one side once came back on the other."""
+    alone = c.Contact(rough(1), WALL, c.NonPeriodicHalfSpace())
+    for shift in ((10.0, 0.0), (0.0, -3.5)):
+        with pytest.raises(ValueError, match=r"shift = .*: allowed: no shift.*what lies beyond the map is not known"):
+            alone.against(rough(2), shift=shift)
+    np.testing.assert_array_equal(alone.against(rough(2), angle=180).heights, rough(1) - np.rot90(rough(2), 2))
