@@ -1,7 +1,8 @@
 """Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.
 
-The model is that of L. Pastewka and M. O. Robbins, "When are rough surfaces sticky?", PNAS 111, 3298 (2014),
-called "the paper" throughout.  Equations are cited by their printed numbers, those of its supplement as Eq. (S-1).
+The model is that of L. Pastewka and M. O. Robbins, "Contact between rough surfaces and a criterion for macroscopic
+adhesion", PNAS 111, 3298 (2014), called "the paper" throughout.  Equations are cited by their printed numbers, those
+of its supplement as Eq. (S-1).
 
 What a person calls stands in ``continuum.__all__``: a contact of your own is a :class:`Contact`, pressed to a
 :class:`State` or along a :class:`LoadingPath`; :func:`run` follows an input file, :func:`predict` asks every theory

@@ -19,6 +19,7 @@ import pytest
 
 import atomistic.cli
 import continuum.cli
+from continuum.files.citation import Citation
 from continuum.measure.outline import outline
 from continuum.model.grid import Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE
@@ -50,6 +51,18 @@ def test_links_to_elsewhere_have_the_form_of_one(page: str) -> None:
         assert re.fullmatch(r"https://[\w.-]+\.\w+(/[\w./()~%-]*)?", target), target
         if "doi.org" in target:
             assert re.fullmatch(r"https://doi\.org/10\.\d{4,}/\S+", target), target
+
+
+def test_the_paper_is_cited_by_its_title_and_its_preprint_by_its_own() -> None:
+    assert Citation.read().paper == (
+        "L. Pastewka and M. O. Robbins, Contact between rough surfaces and a criterion for macroscopic adhesion, "
+        "Proceedings of the National Academy of Sciences 111, 3298-3303 (2014), doi:10.1073/pnas.1320846111"
+    )
+    title = "Contact between rough surfaces and a criterion for macroscopic adhesion"
+    for page in (PAGES["README.md"], PAGES["docs/cite.md"], continuum.__doc__ or ""):
+        assert title in " ".join(page.replace("> ", "").split())
+    for page in PAGES.values():
+        assert not re.search(r"sticky\?\W{1,3}\s*(PNAS|Proceedings)", page)
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pandas import DataFrame, Series, read_csv
 
 from continuum.theory.rough import turning_share
-from tests.studies import diamond_film, judgement, law, patches, periods, short_range, turn_of_atoms
+from tests.studies import diamond_film, exponents, judgement, law, patches, periods, short_range, turn_of_atoms
 
 
 def test_the_page_has_the_numbers_of_the_record() -> None:
@@ -79,6 +79,37 @@ def test_the_page_has_the_judgement_of_the_stored_turns() -> None:
     page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
     rows = judgement.with_ratios(read_csv(judgement.MEASURED / "law.csv"))
     assert judgement.tables(rows).strip() in page
+
+
+def test_what_the_pages_say_in_words_is_what_the_tables_say() -> None:
+    law_page, dispute = (
+        (Path(__file__).parents[1] / "docs" / name).read_text().replace("\n", " ") for name in ("law.md", "dispute.md")
+    )
+    rows = judgement.with_ratios(read_csv(judgement.MEASURED / "law.csv"))
+    of_area = {key: mean.value for key, mean in judgement.larger(rows).items() if key[0] == turn_of_atoms.AREA}
+    low, high = min(of_area.values()), max(of_area.values())
+    assert f"with another F, {low:.1f} to {high:.1f} times as large" in law_page
+    beside = of_area[turn_of_atoms.AREA, "spline", turn_of_atoms.RANGE]
+    assert f"at 4 % of the area, where F is {beside:.1f} times as large" in law_page
+    scatter = judgement.by_moment(rows[rows.n == rows.n.max()])
+    percent = {p: f"{100 * (value - 1):.0f}" for p, value in scatter.items()}
+    assert f"leave a scatter of {percent[0.75]} and {percent[1.25]} %, the heights (p = 0)" in law_page
+    assert f"uses, {percent[0]} %, slope and curvature" in law_page
+    assert f"the other uses, {percent[2]} and {percent[4]} %" in law_page
+    assert f"of the heights alone err by {percent[0]} % and of the slopes by {percent[2]} %" in dispute
+    works = exponents.matched(exponents.turns()).splitlines()[2:]
+    assert len(works) == len(exponents.COMPARED)
+    for row in works:
+        reach, _, _, *ratios = row.strip("| ").split(" | ")
+        assert f"| {reach} | {' | '.join(ratios)} |" in dispute
+
+
+def test_atoms_are_drawn_at_their_range() -> None:
+    rows = judgement.with_ratios(read_csv(judgement.MEASURED / "law.csv")).query("n == 512 and area == 0.01")
+    (stars,) = (line for line in judgement.figure(rows).axes[0].lines if line.get_marker() == "*")
+    atoms = read_csv(judgement.MEASURED / "turn-atoms.csv").query("rung == 'atoms'")
+    np.testing.assert_array_equal(stars.get_xdata(), turn_of_atoms.RANGE)
+    np.testing.assert_array_equal(stars.get_ydata(), atoms.over_energy)
 
 
 @given(st.floats(0.05, 5.0))

@@ -203,8 +203,8 @@ class Contact:
         Parameters
         ----------
         other : heights of the other body, shape (nx, ny), in a0, positive towards the wall.
-        shift : shift of the other body, in a0, periodic; between points by Fourier interpolation.  Refused where nothing
-            is repeated, as what lies beyond the map is not known.
+        shift : shift of the other body, in a0, periodic; between points by Fourier interpolation.  It is refused where
+            nothing is repeated, as what lies beyond the map is not known.
         angle : angle by which it is turned before the shift, in degrees: multiples of 90, which keep the period.
 
         Examples

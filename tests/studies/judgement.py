@@ -28,6 +28,7 @@ from continuum.paper.points import ENOUGH, sweep_points
 from continuum.show import plot
 from continuum.sweeps.collect import collect
 from tests.studies.law import PLATEAU, Real, fit, turns
+from tests.studies.turn_of_atoms import AREA, RANGE
 
 MEASURED = Path(__file__).parents[2] / "docs" / "measured"
 POWERS = (0, 1, 2, 3, 4)
@@ -117,21 +118,22 @@ def scatter(left: Real, seeds: Real) -> float:
 def refitted(rows: DataFrame, work: Real, reach: Real) -> float:
     """Scatter of ln of a reduced work about its own F of a reduced range: level, D and m for each shape, one factor for
     each surface."""
-    seeds, of_seed = np.unique(rows.seed, return_inverse=True)
     of_shape = np.array([SHAPES.index(shape) for shape in rows["shape"]])
+    # Levels and factors are linear: what is left over is what lies beside all of them.
+    linear = np.column_stack([*(of_shape == i for i in range(len(SHAPES))), *(rows.seed == s for s in set(rows.seed))])
+    vectors, sizes, _ = np.linalg.svd(linear.astype(float), full_matrices=False)
+    spanned = vectors[:, sizes > 1e-9 * sizes[0]]
 
     def rest(free: Real) -> Real:
-        law = free[: 3 * len(SHAPES)].reshape(len(SHAPES), 3)[of_shape]
-        factors = free[3 * len(SHAPES) :]
-        ratio = np.exp(np.clip(law[:, 2], -3, 3) * (np.log(reach) - law[:, 1]))
-        found: Real = np.log(work) - law[:, 0] + np.log1p(ratio) - (factors - factors.mean())[of_seed]
-        return found
+        place, power = free.reshape(2, len(SHAPES))[:, of_shape]
+        found: Real = np.log(work) + np.log1p(np.exp(np.clip(power, -3, 3) * (np.log(reach) - place)))
+        return found - spanned @ (spanned.T @ found)
 
-    level, middle = np.mean(np.log(work)), np.mean(np.log(reach))
+    middle = np.mean(np.log(reach))
     found = [
-        least_squares(rest, np.array([*(level + rise, middle + place, power) * len(SHAPES), *np.zeros(seeds.size)]))
-        for rise, place, power in ((0.0, 0.0, 1.0), (1.0, -2.0, 0.5), (1.0, 0.0, 1.5))
-    ]  # fmt: skip
+        least_squares(rest, np.repeat([middle + place, power], len(SHAPES)))
+        for place, power in ((0.0, 1.0), (-2.0, 0.5), (0.0, 1.5))
+    ]
     return float(np.exp(np.sqrt(min(np.mean(best.fun**2) for best in found))))
 
 
@@ -239,7 +241,7 @@ def tables(rows: DataFrame) -> str:
         text += [f"{area:.0%} of the area, {n}²: {len(part)} turns, {part.seed.nunique()} surfaces", ""]
         text += ["| statement | found | |", "|---|---|---|"]
         text += [f"| {name} | {said} | **{what}** |" for name, said, what in judged(part)] + [""]
-    return "\n".join([*text, *resolved(rows[rows.area == rows.area.min()])])
+    return "\n".join([*text, *resolved(rows[rows.area == rows.area.min()]), *by_area(rows)])
 
 
 def resolved(rows: DataFrame) -> list[str]:
@@ -260,6 +262,29 @@ def resolved(rows: DataFrame) -> list[str]:
     return [*text, ""] if len(text) > 2 else []
 
 
+def larger(rows: DataFrame) -> dict[tuple[float, str, float], Mean]:
+    """w at an area over w at the smallest one, on the same surfaces: by area, shape and range."""
+    same = ["n", "seed", "shape", "hurst", "delta", "lambda_s"]
+    every = {area: np.log(part.set_index(same).work) for area, part in rows.groupby("area")}
+    least = min(every)
+    return {
+        (area, *kind): Mean.of(part.groupby("seed").mean().to_numpy())
+        for area in sorted(set(every) - {least})
+        for kind, part in (every[area] - every[least]).dropna().groupby(["shape", "delta"])
+    }
+
+
+def by_area(rows: DataFrame) -> list[str]:
+    """Table of what a larger area does to w at the turn."""
+    found = larger(rows)
+    kinds = sorted({key[1:] for key in found})
+    names, least = " | ".join(f"{shape} {delta:g}" for shape, delta in kinds), rows.area.min()
+    text = [f"| w at the turn over that at {least:.0%} of the area | {names} |", "|---" * (len(kinds) + 1) + "|"]
+    for area in sorted({key[0] for key in found}):
+        text.append(f"| {area:.0%} | {' | '.join(str(found[area, *kind]) for kind in kinds)} |")
+    return [*text, ""] if found else []
+
+
 @plot.styled
 def figure(rows: DataFrame) -> Figure:
     """w/U against the range, and the scatter about each moment of the spectrum."""
@@ -275,8 +300,8 @@ def figure(rows: DataFrame) -> Figure:
             left.plot(part.delta * shift, part.over_energy, mark, ms=3, alpha=0.6, color=f"C{i}",
                       label=f"H = {hurst:g}" if shape == "spline" else None)  # fmt: skip
     atoms = read_csv(MEASURED / "turn-atoms.csv").query("rung == 'atoms'")
-    beside = np.full(len(atoms), 0.5 * 1.35)  # their range is 0.5 h_rms, too
-    left.plot(beside, atoms.over_energy, "k*", ms=5, mfc="none", mew=0.7, label="atoms, 4 % of area")
+    reach = np.full(len(atoms), RANGE)
+    left.plot(reach, atoms.over_energy, "k*", ms=7, mfc="w", mew=0.8, label=f"atoms, {AREA:.0%} of area")
     left.set(xscale="log", yscale="log", xlabel=r"range of the attraction $\Delta r/h_\mathrm{rms}$",
              ylabel="work of adhesion at the turn, $w/U$")  # fmt: skip
     for axis, ticks in ((left.xaxis, (0.05, 0.1, 0.2, 0.5, 1, 2)), (left.yaxis, (0.1, 0.2, 0.3, 0.4, 0.5))):
