@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,13 +12,16 @@ from functools import cache
 from pathlib import Path
 from statistics import median
 
+import numpy as np
 import pytest
 
 from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from continuum.files.inputs import load
+from continuum.front.sweeps import costs_of
 from continuum.runs.config import RunConfig
+from continuum.runs.cost import Cost, cost_of
 from continuum.runs.run import follow_run
 from continuum.sweeps.axes import Sweep
 
@@ -257,19 +261,35 @@ def test_the_solvers_know_no_machine() -> None:
 
 @pytest.mark.parametrize("path", INPUTS, ids=lambda p: f"{p.parent.name}/{p.name}")
 def test_every_input_loads_and_says_what_it_is_for(path: Path) -> None:
-    if path.parent.name == "sweep":
-        for reduced in (False, True):
-            assert sum(1 for _ in Sweep.read(path, reduced=reduced).systems()) >= 1
-    else:
-        load(
-            path,
-            {"validate": ValidateConfig, "lammps": DeckConfig, "crystals": ElasticConfig}.get(
-                path.parent.name, RunConfig
-            ),
-        )
-    head = [line for line in path.read_text().splitlines() if line.startswith("#")]
+    head = path.read_text().partition("\n[")[0]
     for word in ("Purpose", "Reproduces", "Cost"):
-        assert any(line.startswith(f"# {word}") for line in head), word
+        assert f"\n# {word} " in f"\n{head}", word
+    if path.parent.name == "sweep":
+        costs = [[cost for cost, _ in costs_of(Sweep.read(path, reduced=reduced))] for reduced in (False, True)]
+        compare_with_head(head, costs)
+    elif path.parent.name == "smoke":
+        cost = cost_of(load(path, RunConfig))
+        assert cost.seconds(quiet_pair(cost)) < (5 if "a few" in head or "some" in head else 2)
+    else:
+        kinds = {"validate": ValidateConfig, "lammps": DeckConfig, "crystals": ElasticConfig}
+        load(path, kinds[path.parent.name])
+
+
+def quiet_pair(cost: Cost) -> float:
+    """Seconds for a pair of transforms of a grid on a quiet core: those of 4096 x 4096 take 0.16 (docs/sweeps.md)."""
+    return float(0.16 * cost.size * np.log(cost.size) / (4096**2 * np.log(4096**2)))
+
+
+def compare_with_head(head: str, costs: list[list[Cost]]) -> None:
+    """Times in the head of a sweep, of all systems and then of the reduced ones, and its memory, with the estimates."""
+    told = re.findall(r"([\d.]+) core (second|minute|hour)", head)
+    assert len(told) == 1 + ("with --reduced" in head)
+    for (number, unit), systems in zip(told, costs, strict=False):
+        seconds = float(number) * {"second": 1, "minute": 60, "hour": 3600}[unit]
+        # Heads have a digit or two; the estimate itself is right within a factor of about two.
+        assert sum(cost.seconds(quiet_pair(cost)) for cost in systems) == pytest.approx(seconds, rel=0.2, abs=0.6)
+    for number in re.findall(r"([\d.]+) GB", head):
+        assert max(cost.memory for cost in costs[0]) == pytest.approx(1e9 * float(number), rel=0.12)
 
 
 # path.toml is run as docs/start.md says: tests/test_docs.py.

@@ -20,7 +20,8 @@ from continuum.files.inputs import InputFile, settings_of
 from continuum.files.output import LockedError, folder, save
 from continuum.files.provenance import provenance
 from continuum.files.toml import text_of
-from continuum.runs.cost import cost_of, pair_seconds, physical_memory
+from continuum.model.grid import Grid
+from continuum.runs.cost import Cost, cost_of, pair_seconds, physical_memory
 from continuum.show.runs import crossings_sheet
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import back_end
@@ -165,17 +166,24 @@ def _ended(root: Path, ended: Sequence[TaskResult], *, searched: bool) -> SweepR
     return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held, crossings)
 
 
+def costs_of(described: Sweep) -> list[tuple[Cost, Grid]]:
+    """Cost and grid of each system, and of what is tried between the two ends of each search, as if all cross."""
+    costs = [(cost_of(config), config.grid.build()) for _, config in described.systems()]
+    if described.bisection is not None:  # what is tried between two ends costs at most what the dearer one does
+        ends = zip(costs[::2], costs[1::2], strict=True)
+        between = described.bisection.halvings
+        costs += [max(two, key=lambda end: end[0].fft_pairs) for two in ends for _ in range(between)]
+    return costs
+
+
 def check_sweep(file: InputFile, settings: Mapping[str, Any], *, reduced: bool) -> Sheet:
     """Check the input of a sweep and each of its systems, and estimate their total cost."""
     described = Sweep.read(file, settings, reduced=reduced)
-    costs = [(cost_of(config), config.grid.build()) for _, config in described.systems()]
+    costs, searches = costs_of(described), list[tuple[str, str, str]]()
     pairs = {grid: pair_seconds(grid) for grid in {grid for _, grid in costs}}
-    searches: list[tuple[str, str, str]] = []
-    if described.bisection is not None:  # what is tried between two ends costs at most what the dearer one does
-        searches = [("searches", f"{len(costs) // 2}", ""), ("their systems are counted as if all cross", "", "")]
-        between = described.bisection.halvings
-        ends = zip(costs[::2], costs[1::2], strict=True)
-        costs += [max(two, key=lambda end: end[0].fft_pairs) for two in ends for _ in range(between)]
+    if described.bisection is not None:
+        found = len(costs) // (2 + described.bisection.halvings)
+        searches = [("searches", f"{found}", ""), ("their systems are counted as if all cross", "", "")]
     seconds = [cost.seconds(pairs[grid]) for cost, grid in costs]
     rows = [
         *searches,
