@@ -146,6 +146,15 @@ def test_the_unit_of_length_does_not_matter(law: str, exponent: float, given: tu
         assert state.measure().kappa == pytest.approx(base.measure().kappa, rel=0.02)
 
 
+def test_nor_does_it_where_nothing_is_repeated() -> None:
+    heights, found = Rough(32).heights(), []
+    for s in (1.0, 1e-3, 1e3):
+        contact = c.Contact(s * heights, attraction(1.0, s), c.NonPeriodicHalfSpace(), period=(32 * s, 32 * s))
+        state = contact.press(area=0.2).require()
+        found.append((state.area_rep, state.load, state.separation / s))
+    np.testing.assert_allclose(found[1:], [found[0]] * 2, rtol=1e-4)  # residuals are 1e-6 of a few percent of E*
+
+
 def cost(state: c.State) -> float:
     """FFT pairs of a state and of all that was solved on the way to it."""
     return state.found.search_pairs + state.found.solution.fft_pairs

@@ -111,7 +111,7 @@ TABLES: list[tuple[type[Any], dict[str, Any], str, list[Any], list[Any]]] = [
     (SelfAffineSurface, SELF_AFFINE, "rms_slope", [1e-100, 10.0], [0.9e-100, 10.001]),
     (SelfAffineSurface, SELF_AFFINE, "seed", [0, 2**63 - 1], [-1, 2**63]),
     (SelfAffineSurface, SELF_AFFINE, "lambda_s", [LEAST, 7.999], [0.0, 8.0]),
-    (SineSurface, SINE, "waves", [(0, 1), (1, 0), 3, (0, LARGEST_N)], [(0, 0), (-1, 0), (0, LARGEST_N + 1), (1, 2, 3)]),
+    (SineSurface, SINE, "waves", [(0, 1), (1, 0), (0, LARGEST_N)], [(0, 0), (-1, 0), (0, LARGEST_N + 1), (1, 2, 3), 3]),
     (CounterfaceTable, {"surface": SINE}, "shift", [(0.0, 0.0), (-1e6, 1e6)], [(-1.001e6, 0.0), (0.0, 1.001e6)]),
     (CounterfaceTable, {"surface": SINE}, "shift_seed", [0, 2**63 - 1], [-1, 2**63]),
     (CounterfaceTable, {"surface": SINE}, "angle", [0.0, 90.0, -270.0], [1.0, 89.0, 91.0]),
@@ -154,7 +154,7 @@ def test_a_second_body_turns_by_quarters_on_a_square_and_by_halves_on_any_period
         (180.0, (8, 16), (8.0, 16.0), True),
         (270.0, (8, 16), (8.0, 16.0), False),
     ):
-        found = [*CounterfaceTable(surface=SINE, angle=angle).unfit(n, lengths)]
+        found = [*CounterfaceTable(surface=SINE, angle=angle).unfit(n, lengths, repeats=True)]
         assert [fault.key for fault in found] == ([] if fits else [("counterface", "angle")])
-    found = [*CounterfaceTable(surface=SINE | {"waves": (5, 0)}).unfit((8, 8), (8.0, 8.0))]
+    found = [*CounterfaceTable(surface=SINE | {"waves": (5, 0)}).unfit((8, 8), (8.0, 8.0), repeats=True)]
     assert [fault.key for fault in found] == [("counterface", "surface", "waves")]

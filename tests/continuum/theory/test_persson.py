@@ -64,7 +64,7 @@ def test_gaps_have_the_area_that_is_left_and_the_mean_gap(hurst: float, area: fl
     assert 1 <= mean / one.separation(pressure) < 1.05 + area
 
 
-@settings(max_examples=20)
+@settings(max_examples=5)
 @given(st.floats(0.2, 0.95), st.floats(0.1, 10), st.floats(0.2, 2))
 def test_stretched_heights_and_range_turn_at_the_square_of_the_work(hurst: float, factor: float, reach: float) -> None:
     one, other = surface(hurst), surface(hurst, 0.1 * factor)
