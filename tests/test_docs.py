@@ -239,7 +239,7 @@ def test_the_map_of_the_tutorial_is_what_its_script_makes() -> None:
     lines = MAP.read_text(encoding="utf-8").splitlines()
     assert [line[2:] for line in lines if line.startswith("#")] == HEAD.splitlines()
     # Written to 0.01 nm.
-    np.testing.assert_allclose(np.loadtxt(MAP), heights(), rtol=0, atol=0.00501)
+    np.testing.assert_allclose(np.loadtxt(MAP).T, heights(), rtol=0, atol=0.00501)
 
 
 def test_the_same_contact_in_three_codes(tmp_path: Path) -> None:

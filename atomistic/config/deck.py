@@ -19,8 +19,8 @@ from continuum.sticky.tables import Length
 from continuum.tables import Fault, Fraction, InputFile, constraint
 from continuum.topography.map import Topography
 from continuum.topography.mending import wall_from_map
+from continuum.topography.quantities import sizes_of, units_of
 from continuum.topography.reading import read_topography
-from continuum.units import parse, unit_size
 
 MOST_STEPS = 10_000
 """Equilibria of a protocol."""
@@ -35,6 +35,8 @@ class DeckSurface(SurfaceTable):
 class TopographySurface(DeckSurface):
     """[surface] of kind "topography": part of a measured map, one height for each surface atom."""
 
+    newer: ClassVar[frozenset[str]] = frozenset({"void", "fill"})
+
     kind: Literal["topography"]
     path: InputFile
     """map of heights: npy, text, HDF5, or a format of SurfaceTopography"""
@@ -42,36 +44,44 @@ class TopographySurface(DeckSurface):
     """method to make it periodic: mirror images, or a window that brings it to its mean"""
     centre: tuple[Fraction, Fraction] = (0.5, 0.5)
     """centre of the part, as fractions of the map"""
-    size: Length | None = None
-    """size of the map with its unit, as "100nm"; only if the file does not have it"""
+    size: str | None = None
+    """size LX or LX,LY of the map with its unit, as "100nm"; only if the file does not have it"""
     unit: str | None = None
-    """unit of the heights, as "nm"; only if the file does not have it"""
+    """unit of the heights, as "nm", or of positions and heights, as "um,nm"; only if the file does not have it"""
     dataset: str | None = None
     """in an HDF5 file"""
     part: str | None = None
     """name of a map in a container"""
+    void: float | None = None
+    """number that stands for a missing height, in the unit of the file"""
+    fill: Annotated[float, Field(gt=0, le=0.5)] | None = None
+    """share of the points up to which missing heights are filled (default: 0.01)"""
     spacing: Length | None = None
     """a0 with its unit, as "0.3nm", if the crystal has no length scale"""
 
     @constraint
-    def _unit_of_length(self) -> Iterator[Fault]:
-        try:
-            if self.unit is not None:
-                unit_size(self.unit, "length")
-        except ValueError as error:
-            yield Fault(("unit",), str(error))
+    def _lengths(self) -> Iterator[Fault]:
+        for key, read in (("size", sizes_of), ("unit", units_of)):
+            try:
+                read(self.path.name, getattr(self, key))
+            except ValueError as error:
+                yield Fault((key,), str(error))
 
     def read(self, n: int, spacing: float) -> Topography:
         """The wall, in m, for n surface atoms of spacing a0, in m, along each side.
 
         Raises TopographyError if the file has no such map, or the part does not lie within it.
         """
+        unit, position_unit = units_of(self.path.name, self.unit)
         found = read_topography(
             self.path,
-            size=None if self.size is None else (parse(self.size, "length"),),
-            unit=None if self.unit is None else unit_size(self.unit, "length"),
+            size=sizes_of(self.path.name, self.size),
+            unit=unit,
+            position_unit=position_unit,
             dataset=self.dataset,
             part=self.part,
+            void=() if self.void is None else (self.void,),
+            fill=self.fill or 0.0,
         )
         return wall_from_map(found, n, spacing, self.edges, self.centre)
 

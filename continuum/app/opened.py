@@ -19,7 +19,7 @@ from continuum.topography.reading import read_all
 
 FIELDS = (
     "size", "unit", "material", "modulus", "poisson", "contact_modulus", "work", "range", "spacing", "probe",
-    "detrend", "fill", "crop", "cutoff", "smallest",
+    "detrend", "fill", "void", "crop", "cutoff", "smallest",
 )  # fmt: skip
 """Fields of the form, which are arguments of :func:`continuum.predict`."""
 SEVERAL = frozenset({"material", "modulus", "poisson"})
@@ -49,10 +49,10 @@ class OpenedMap:
     def mending(self, asked: Mapping[str, str], found: Prediction) -> bytes:
         """A picture (PNG) of the measured map with holes filled, and of the map that is judged.
 
-        Raises InputError if the map cannot be read with size, unit and fill only.
+        Raises InputError if the map cannot be read with size, unit, fill and void only.
         """
         given = arguments(asked)
-        told = {name: given[name] for name in ("size", "unit", "fill") if name in given}
+        told = {name: given[name] for name in ("size", "unit", "fill", "void") if name in given}
         (measured,) = read_all([self.path], **told)
         return image_bytes(mending_figure(detrend(measured, "none"), found.topographies[0]))
 

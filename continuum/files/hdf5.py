@@ -5,11 +5,11 @@ read; what else a file contains does not matter.  These, and whatever is missing
 StoreError.  A file that cannot be written raises OutputError and leaves an older file of that name unchanged.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import h5py
 import numpy as np
@@ -139,13 +139,35 @@ def _names_in(file: h5py.File) -> list[str]:
     return [name for name in stored if file.get(name, getclass=True) is h5py.Dataset]
 
 
+class Axis(NamedTuple):
+    """An axis of a dataset: its name, and positions along it with their attributes, if it has any."""
+
+    name: str = ""
+    values: NDArray[np.float64] | None = None
+    attributes: Mapping[str, Any] = {}
+
+
+class Dataset(NamedTuple):
+    """A dataset of real numbers of a user's file, with its attributes and axes."""
+
+    values: NDArray[np.float64]
+    attributes: Mapping[str, Any]
+    axes: tuple[Axis, ...]
+
+
 def only_array(path: str | Path) -> str:
-    """Name of the only two-dimensional dataset of numbers in a user's HDF5 file, or else of the only one-dimensional.
+    """Name of the only two-dimensional dataset of numbers in a user's HDF5 or netCDF file, or else of the only
+    one-dimensional.
 
     Raises StoreError if there is none, or several: the message names them.
     """
-    with opened(path) as file:
-        shapes = {name: file[name].shape for name in _names_in(file) if file[name].dtype.kind in "iuf"}
+    shapes: dict[str, tuple[int, ...]]
+    if _is_classic(path):
+        with _classic(path) as old:
+            shapes = {name: one.shape for name, one in old.variables.items() if one.data.dtype.kind in "iuf"}
+    else:
+        with opened(path) as file:
+            shapes = {name: file[name].shape for name in _names_in(file) if file[name].dtype.kind in "iuf"}
     maps = [name for name, shape in shapes.items() if len(shape) == 2]
     maps = maps or [name for name, shape in shapes.items() if len(shape) == 1]
     if len(maps) == 1:
@@ -157,19 +179,73 @@ def only_array(path: str | Path) -> str:
     raise StoreError(f"{path}: {why}; datasets: {names}")
 
 
-def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
-    """A dataset of real numbers, as ``entry/data/height``, from a user's own HDF5 file, whatever else is in it.
+def read_dataset(path: str | Path, name: str, check: Callable[[tuple[int, ...]], None] = lambda shape: None) -> Dataset:
+    """A dataset of real numbers, as ``entry/data/height``, from a user's own file, whatever else is in it.
 
-    A dataset of another shape is refused before anything is loaded.
+    Parameters
+    ----------
+    path : an HDF5 file, thus also netCDF 4, or a classic netCDF file.
+    check : called with the shape of the dataset before its values are loaded.
     """
+    if _is_classic(path):
+        with _classic(path) as old:
+            if name not in old.variables:
+                raise StoreError(f"{path}: there is no dataset {name!r}; datasets: {', '.join(old.variables)}")
+            one = old.variables[name]
+            check(one.shape)
+            axes = tuple(_classic_axis(old, dimension) for dimension in one.dimensions)
+            return Dataset(one.data.astype(np.float64), dict(vars(one)["_attributes"]), axes)
     with opened(path) as file:
-        item = member(path, file, dataset)
+        item = member(path, file, name)
         if not isinstance(item, h5py.Dataset):
             names = ", ".join(islice(_names_in(file), 10)) or "none"
-            raise StoreError(f"{path}: there is no dataset {dataset!r}; datasets: {names}")
+            raise StoreError(f"{path}: there is no dataset {name!r}; datasets: {names}")
         if item.dtype.kind not in "iuf":
-            raise StoreError(f"{path}: dataset {dataset!r} holds {item.dtype}, not real numbers")
-        if shape is not None and item.shape != shape:
-            raise StoreError(f"{path}: dataset {dataset!r} has shape {item.shape}, expected {shape}")
-        values: NDArray[np.float64] = item[()].astype(np.float64)
-        return values
+            raise StoreError(f"{path}: dataset {name!r} holds {item.dtype}, not real numbers")
+        check(item.shape)
+        return Dataset(item[()].astype(np.float64), dict(item.attrs), tuple(map(_axis, item.dims)))
+
+
+def _axis(dimension: Any) -> Axis:
+    """An axis of an HDF5 dataset, with the first of its scales."""
+    name, scale = next(iter(dimension.items()), (dimension.label, None))
+    name = dimension.label or name.rpartition("/")[2]
+    if scale is None or scale.is_virtual or scale.external or _has_no_values(scale):
+        return Axis(name)
+    if scale.ndim != 1 or scale.dtype.kind not in "iuf":
+        return Axis(name)
+    return Axis(name, scale[()].astype(np.float64), dict(scale.attrs))
+
+
+def _has_no_values(scale: Any) -> bool:
+    """Whether it is a dimension of netCDF without positions."""
+    return "netCDF dimension but not a netCDF variable" in str(scale.attrs.get("NAME", ""))
+
+
+def _is_classic(path: str | Path) -> bool:
+    """Whether it is a classic netCDF file, which is no HDF5."""
+    if not Path(path).is_file():
+        return False
+    with Path(path).open("rb") as file:
+        return file.read(3) == b"CDF"
+
+
+@contextmanager
+def _classic(path: str | Path) -> Iterator[Any]:
+    """Open a classic netCDF file for reading."""
+    from scipy.io import netcdf_file  # takes a while to import, and few need it
+
+    try:
+        with netcdf_file(path, mmap=False) as file:
+            yield file
+    except StoreError:
+        raise
+    except (OSError, ValueError, TypeError, LookupError, AssertionError, AttributeError) as error:
+        raise StoreError(f"{path}: cannot be read, probably damaged ({error})") from error
+
+
+def _classic_axis(file: Any, name: str) -> Axis:
+    scale = file.variables.get(name)
+    if scale is None or len(scale.shape) != 1 or scale.data.dtype.kind not in "iuf":
+        return Axis(name)
+    return Axis(name, scale.data.astype(np.float64), dict(vars(scale)["_attributes"]))

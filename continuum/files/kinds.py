@@ -5,7 +5,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from continuum.files.arrays import HDF5_SUFFIXES, read_numbers, read_text
+from continuum.files.maps import HDF5_SUFFIXES, read_map, stands_for_nothing
+from continuum.files.text import read_text
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surfaces import SurfaceTable
@@ -22,7 +23,7 @@ class TableWall(WallTable):
 
     def build(self) -> Wall:
         """The law; raises ValueError or OSError if the file is not a table of a wall."""
-        columns = read_text(self.path)
+        columns = read_text(self.path).rows
         if columns.shape[1] != 2:
             raise ValueError(f"{self.path} has {columns.shape[1]} columns, a wall has 2: gap and traction")
         return TabulatedWall(columns[:, 0], columns[:, 1])
@@ -36,7 +37,7 @@ class FileSurface(SurfaceTable):
 
     kind: Literal["file"]
     path: InputFile
-    """heights in a0, one number per point of the grid: .npy, .h5/.hdf5, or text with one row per x"""
+    """heights in a0, one number per point of the grid: .npy, .h5/.hdf5 (first index x), or text (x along a line)"""
     dataset: str | None = None
     """name of the dataset in an HDF5 file"""
 
@@ -50,8 +51,20 @@ class FileSurface(SurfaceTable):
 
     def build(self, grid: Grid) -> Real:
         """The heights; raises ValueError or OSError unless the file has finite numbers of the grid's shape."""
-        heights = read_numbers(self.path, self.dataset, grid.shape)
+        found = read_map(self.path, self.dataset, grid.shape)
+        for what, its in (("size", found.size), ("unit", found.unit)):
+            if its is not None:
+                raise ValueError(
+                    f"{self.path}: the file itself says the {what} of the map in real units, and heights of a run are "
+                    "in a0: divide by a0, and leave it out of the file"
+                )
+        if found.extent is not None and not np.allclose(found.extent, grid.lengths, rtol=1e-3, atol=0):
+            extent = " x ".join(f"{length:.6g}" for length in found.extent)
+            raise ValueError(f"{self.path}: the positions in the file are those of {extent}, not of the period, in a0")
+        heights = found.heights
         missing = np.count_nonzero(~np.isfinite(heights))
         if missing:
             raise ValueError(f"{missing} of the {heights.size} heights in {self.path} are not finite numbers")
+        if asked := stands_for_nothing(heights):
+            raise ValueError(f"{self.path}: {asked[1]} heights are {asked[0]:.10g}, far from all others: missing?")
         return heights

@@ -37,6 +37,7 @@ def predict(
     override_size: bool = False,
     detrend: Detrending | None = None,
     fill: str | float | None = None,
+    void: str | float | Sequence[str | float] = (),
     crop: str | None = None,
     cutoff: str | None = None,
     tip: str | None = None,
@@ -63,7 +64,7 @@ def predict(
         of the body.  Masked points of an array are missing; an array of one row or column is a line scan, one of two
         or three columns has positions and heights.  Or one input (TOML) with the tables [topography] and [interface]:
         other arguments overrule its keys.
-    size, unit, dataset, part, join, periodic, override_size, detrend, fill, crop, cutoff, tip, smallest : see
+    size, unit, dataset, part, join, periodic, override_size, detrend, fill, void, crop, cutoff, tip, smallest : see
         :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  For two maps give one text for
         both, or one for each, where ``"-"`` leaves it to the file.
     material, modulus, poisson, contact_modulus, work, range, spacing, probe, coating : see

@@ -30,7 +30,8 @@ DISAGREE = 0.15
 
 
 def _stands_for(topography: Topography) -> Iterator[str]:
-    """Warnings about a random surface that represents lines or several measurements."""
+    """Warnings about a random surface that represents lines or several measurements, and about a size."""
+    yield from (step for step in topography.steps if "would be square" in step)
     if topography.lines:
         error = max(LINE_ERROR / np.sqrt(topography.lines), LINES_ERROR)
         yield (

@@ -49,8 +49,8 @@ class TopographyTable(Table):
     maps: Annotated[tuple[InputFile, ...], WrapValidator(_several), Field(min_length=1)]
     """Files of the maps; two for two rough bodies, several for one surface with join."""
     size: Texts = ()
-    """Physical size LX or LX,LY, along rows and columns of the array; one length means square pixels.  Only if the
-    file does not have it; give it twice for two files."""
+    """Physical size LX or LX,LY; x is along a line of text, and along the first index of an array; one length means
+    square pixels.  Only if the file does not have it; give it twice for two files."""
     unit: Texts = ()
     """Unit of the heights, or UNIT,UNIT of positions and heights if a file has columns of both.  Only if the file does
     not have it."""
@@ -71,6 +71,8 @@ class TopographyTable(Table):
     fill: str | float | None = None
     """Fill missing points, scars and outliers, up to this share of all points, as 5% (default: missing points only, up
     to 1%)."""
+    void: Annotated[tuple[str | float, ...], WrapValidator(_several)] = ()
+    """Number in the file that stands for a missing height, as 99999; may be repeated.  "nan" if none does."""
     crop: str | None = None
     """Part of the map to use, X0,X1,Y0,Y1, as 1um,9um,0,8um."""
     cutoff: Length | None = None

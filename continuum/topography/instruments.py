@@ -3,61 +3,29 @@
 It is an extra: ``pip install 'stickiness[topography]'``.  A file that cannot be read raises TopographyError.
 """
 
+import re
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from importlib import util
+from io import BytesIO
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from continuum import units
 from continuum.arguments import file_name
-from continuum.model.fourier import Real
+from continuum.files.columns import evenly_spaced
+from continuum.files.maps import RawMap
 from continuum.topography.map import TopographyError
 
 ALL = "all"
 """Stands for all measurements of a container, joined, in place of the name of a part."""
-
-
-class RawMap(NamedTuple):
-    """Heights in a file, with its size and units."""
-
-    heights: Real
-    source: str
-    size: tuple[float, ...] | None = None
-    """Size of the map, in m."""
-    unit: float | None = None
-    """Unit of the heights, in m."""
-    periodic: bool = False
-    steps: tuple[str, ...] = ()
-    """Description of choices made for it."""
-    of: str = "the file"
-    """Its name in messages: a file or an array in memory."""
-    extent: tuple[float, ...] | None = None
-    """Size of the map in the unit of its positions, which may be unknown; None if it has no positions."""
-
-
-_EVEN = 1e-3
-"""Largest deviation of points of a line scan from equal distances, as a part of the spacing."""
-
-
-def evenly_spaced(where: Real, heights: Real) -> tuple[Real, tuple[str, ...]]:
-    """A line scan at equidistant points, interpolated if necessary, and the steps taken.
-
-    The positions ascend.
-    """
-    even = np.linspace(where[0], where[-1], where.size)
-    steps = np.diff(where)
-    if np.abs(where - even).max() <= _EVEN * (even[1] - even[0]):
-        return heights, ()
-    widest = steps.max() / np.median(steps)
-    return np.interp(even, where, heights), (
-        f"resampled to points an equal distance apart, by straight lines over up to {widest:.3g} spacings",
-    )
+_SDF = re.compile(rb"[ab](?!ISO-1\.0)\w{3}-(?:V|\d)[\w.]*")
+"""The first word of a surface data file in another version than that of ISO 25178-71."""
 
 
 def measurements(path: Path) -> tuple[str, ...]:
@@ -102,6 +70,34 @@ def _opened(path: Path) -> Iterator[dict[str, Callable[[], RawMap]]]:
             raise TopographyError(f"{path}: SurfaceTopography cannot read it: {reason}") from error
 
 
+def is_known(path: Path) -> bool:
+    """Whether a file has the format of an instrument, and is not text of numbers, or HDF5, in general."""
+    if util.find_spec("SurfaceTopography") is None:
+        return False
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from SurfaceTopography.IO import detect_format
+
+        try:
+            return is_container(path) or detect_format(_source(path)) not in ("asc", "xyz", "matrix", "h5")
+        except TopographyError:
+            raise
+        except Exception:  # readers of vendors' formats may raise anything
+            return False
+
+
+def _source(path: Path) -> str | BinaryIO:
+    """What SurfaceTopography reads: the file, or a surface data file of NPL's version as one of the ISO's."""
+    with path.open("rb") as file:
+        version = _SDF.match(file.read(16))
+        if version is None:
+            return str(path)
+        if version[0] != b"aNPL-V1.0":
+            raise TopographyError(f"{path}: a surface data file of the unknown version {version[0].decode()}")
+        file.seek(0)
+        return BytesIO(file.read().replace(version[0], b"aISO-1.0", 1))
+
+
 def is_container(path: Path) -> bool:
     """Whether a file is a container of contact.engineering."""
     if not zipfile.is_zipfile(path):
@@ -119,7 +115,7 @@ def _maps(path: Path, stack: ExitStack) -> dict[str, Callable[[], RawMap]]:
         return {name: partial(_values, path, name, member) for name, member in zip(names, members, strict=True)}
     from SurfaceTopography import open_topography
 
-    reader = open_topography(str(path))
+    reader = open_topography(_source(path))
     stack.callback(reader.close)
     return {c.channel_id: partial(_load, path, reader, c) for c in reader.height_channels}
 

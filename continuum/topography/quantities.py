@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from numbers import Real as Number
 
 from continuum import units
-from continuum.arguments import instance, number, texts
+from continuum.arguments import ArgumentError, instance, number, texts
 from continuum.topography.map import TopographyError
 
 PER_MAP = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
@@ -89,6 +89,17 @@ def share(fill: str | float | None) -> float:
     if not 0 < value <= 0.5:
         raise TopographyError(f"`fill` {text!r}: the largest share of points that may be filled, like 5%, at most 50%")
     return value
+
+
+def voids_of(void: str | float | Sequence[str | float]) -> tuple[float, ...]:
+    """The numbers that stand for missing heights: none, one or several, as texts or numbers; NaN is allowed."""
+    several = (void,) if isinstance(void, str) or not isinstance(void, Sequence) else tuple(void)
+    if not all(isinstance(one, str | Number) and not isinstance(one, bool) for one in several):
+        raise ArgumentError("void", void, "a number that stands for a missing height, or several")
+    try:
+        return tuple(float(one) for one in several)
+    except ValueError as error:
+        raise TopographyError(f"`void` {void!r}: a number that stands for a missing height, as 99999") from error
 
 
 def corners_of(crop: str | None) -> tuple[float, float, float, float] | None:

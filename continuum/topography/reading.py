@@ -1,16 +1,15 @@
 """Read topographies from plain arrays, whose units must be given, and from files of instruments.
 
-Arrays in memory or in files (npy, text, HDF5) have no units, so that size and unit of the heights must be given;
-columns of positions and heights (:mod:`continuum.topography.columns`) may have units in a header, and files of
-instruments have them (:mod:`continuum.topography.instruments`).  Arguments with units are parsed by
-:mod:`continuum.topography.quantities`.  Files that cannot be read raise TopographyError, arguments of another type
-ArgumentError.
+Arrays in memory or in files (npy, text, HDF5) need size and unit of the heights, where no header and no attribute says
+them (:mod:`continuum.files.maps`); files of instruments say them (:mod:`continuum.topography.instruments`).
+Arguments with units are parsed by :mod:`continuum.topography.quantities`.  Files that cannot be read raise
+TopographyError, arguments of another type ArgumentError.
 """
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
-from importlib import util
 from pathlib import Path
 
 import numpy as np
@@ -18,20 +17,26 @@ from numpy.typing import ArrayLike
 
 from continuum import units
 from continuum.arguments import ArgumentError, file_name, flag, number, pair
-from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
-from continuum.files.hdf5 import only_array
+from continuum.files.maps import HDF5_SUFFIXES, RawMap, of_array, read_map, stands_for_nothing, without
+from continuum.files.text import NoTable
 from continuum.model.fourier import Real
-from continuum.topography.columns import Columns, from_table, read_table
-from continuum.topography.instruments import ALL, RawMap, from_instrument, is_container, measurements
+from continuum.topography.instruments import ALL, from_instrument, is_container, is_known, measurements
 from continuum.topography.map import FEWEST, Topography, TopographyError, heights_of
-from continuum.topography.mending import crop, harmonic
-from continuum.topography.quantities import corners_of, share, sizes_of, text_for, texts_of, units_of
+from continuum.topography.mending import crop, detrend, harmonic
+from continuum.topography.quantities import corners_of, share, sizes_of, text_for, texts_of, units_of, voids_of
 from continuum.topography.spectra import isotropic_surface, joined
 
 _TEXT = frozenset({".txt", ".csv", ".dat", ".xyz", ".asc"})
 _NETCDF = ".nc"
 FEW_HOLES = 0.01
 """Largest share of missing heights that is filled by default."""
+_SAME = 1e-3
+"""Sizes that differ by less than this part are the same: some are given to three digits."""
+_ATOM = 0.25e-9
+"""Distance of neighbours in a solid, in m: of 0.1 to 0.5 nm."""
+_SMALLEST_PIXEL, _SMALLEST_HEIGHT = _ATOM / 10, _ATOM / 250
+"""Smaller ones, in m, are in another unit: a map of atoms has ten points between them, the smoothest surfaces that are
+measured, cleaved mica and graphite, an rms height of some 20 pm."""
 
 
 def read_topography(
@@ -45,6 +50,7 @@ def read_topography(
     part: str | None = None,
     corners: tuple[float, float, float, float] | None = None,
     fill: float = 0.0,
+    void: Sequence[float] = (),
     override: bool = False,
     source: str = "array",
 ) -> Topography:
@@ -55,8 +61,8 @@ def read_topography(
     heights : name of a file, npy, text or HDF5, or any format of SurfaceTopography, if that is installed.  Or an
         array, positive out of the body, shape (nx, ny), or one profile; masked points are missing.  Two columns are
         positions and heights of a profile, three those of a map.
-    size : (Lx, Ly) in m, along the first index and the second, or (Lx,) for square pixels; only if the file does not
-        say.
+    size : (Lx, Ly) in m, or (Lx,) for square pixels; only if the file does not say.  x is along a line of text, and
+        along the first index of an array.
     unit : unit of the heights, in m; only if the file does not say.
     position_unit : unit of the positions, in m, if a file has columns of positions and heights; instead of a size.
     periodic : whether the map continues at its edges; None takes what the file says, and else no.
@@ -65,6 +71,7 @@ def read_topography(
     corners : (x0, x1, y0, y1) of the part to use, in m; None for all.
     fill : largest share of missing heights that is filled (:func:`continuum.topography.mending.harmonic`); 0 for
         :data:`FEW_HOLES`.
+    void : numbers, as they stand in the file, that stand for missing heights; NaN if all others are heights.
     override : whether a given size or unit overrules what the file says.
     source : name of an array in messages and on the page.
     """
@@ -72,61 +79,84 @@ def read_topography(
         flag("periodic", periodic)
     if not isinstance(heights, str | os.PathLike):
         _whole_array(source, dataset=dataset, part=part)
-        found = _plain(heights_of("heights", heights), source, of="an array")
-        return _whole(_with_units(found, size, unit, position_unit, periodic, override), corners, fill)
-    path = file_name("heights", heights)
-    if not path.is_file():
-        raise TopographyError(f"{path}: {'a folder, not a file' if path.is_dir() else 'there is no such file'}")
-    if path.stat().st_size == 0:
-        raise TopographyError(f"{path}: the file is empty")
-    if part == ALL and is_container(path):
-        one = partial(
-            read_topography, path, size=size, unit=unit, periodic=periodic, corners=corners, fill=fill,
-            override=override,
-        )  # fmt: skip
-        parts = [one(part=name) for name in measurements(path)]
-        return joined(parts, f"{path.name}: all measurements")
-    found = _raw(path, dataset, part, told=size is not None or unit is not None)
-    return _whole(_with_units(found, size, unit, position_unit, periodic, override), corners, fill)
+        try:
+            found = of_array(heights_of("heights", heights), source, of="an array")
+        except ValueError as error:
+            raise TopographyError(str(error)) from error
+    else:
+        path = file_name("heights", heights)
+        if not path.is_file():
+            raise TopographyError(f"{path}: {'a folder, not a file' if path.is_dir() else 'there is no such file'}")
+        if path.stat().st_size == 0:
+            raise TopographyError(f"{path}: the file is empty")
+        if part == ALL and is_container(path):
+            one = partial(
+                read_topography, path, size=size, unit=unit, periodic=periodic, corners=corners, fill=fill, void=void,
+                override=override,
+            )  # fmt: skip
+            parts = [one(part=name) for name in measurements(path)]
+            return joined(parts, f"{path.name}: all measurements")
+        found = _raw(path, dataset, part)
+    known = _with_units(_measured(found, void), size, unit, position_unit, periodic, override)
+    return _not_too_small(_whole(known, corners, fill), known)
 
 
-def _raw(path: Path, dataset: str | None, part: str | None, told: bool) -> RawMap:
+def _raw(path: Path, dataset: str | None, part: str | None) -> RawMap:
     """Read a file by the reader for its format.
 
-    Plain files other than npy may have units in a header that only SurfaceTopography reads, so that it reads those for
-    which neither size nor unit is given.
+    Text whose header has keys and values that are not understood is shown to SurfaceTopography, which knows more.
     """
-    suffix, others = path.suffix.lower(), util.find_spec("SurfaceTopography") is not None
-    if suffix in _TEXT:
-        try:
-            table = read_table(path)
-        except TopographyError:
-            if told or not others:
-                raise
-            return from_instrument(path, part)
-        found = from_table(table, path.name)
-        if found.extent is None and others and not told:
-            return from_instrument(path, part)
-        _whole_array(path.name, part=part, dataset=dataset)
-        return found
-    hdf5 = suffix in HDF5_SUFFIXES and (suffix != _NETCDF or dataset is not None or not others)
-    if not (suffix == ".npy" or (hdf5 and (told or dataset or not others))):
+    suffix = path.suffix.lower()
+    plain = suffix in HDF5_SUFFIXES | {".npy"}
+    others = not plain and suffix not in _TEXT
+    if (others or (suffix == _NETCDF and dataset is None)) and is_known(path):
         return from_instrument(path, part)
-    _whole_array(path.name, part=part, dataset=None if hdf5 else dataset)
     try:
-        name, steps = dataset, tuple[str, ...]()
-        if hdf5 and dataset is None:
-            name = only_array(path)
-            steps = (f"dataset {name!r} taken, the only one",)
-        return _plain(read_numbers(path, name), path.name, steps=steps)
+        found = read_map(path, dataset)
     except (ValueError, OSError) as error:
-        raise TopographyError(str(error)) from error
+        if not isinstance(error, NoTable):
+            raise TopographyError(str(error)) from error
+        try:
+            return from_instrument(path, part)
+        except TopographyError as other:
+            raise TopographyError(str(error) if suffix in _TEXT else str(other)) from error
+    if found.unread:
+        with suppress(TopographyError):
+            theirs = from_instrument(path, part)
+            if theirs.heights.shape == found.heights.shape and (theirs.size or theirs.unit):
+                return theirs
+    _whole_array(path.name, part=part, dataset=None if suffix in HDF5_SUFFIXES else dataset)
+    return found
 
 
-def _plain(heights: Real, source: str, steps: tuple[str, ...] = (), of: str = "the file") -> RawMap:
-    """An array without units: heights, or columns of positions and heights."""
-    found = from_table(Columns(heights, ()), source, of)
-    return found._replace(steps=(*steps, *found.steps))
+def _measured(found: RawMap, void: Sequence[float]) -> RawMap:
+    """A map without the values that stand for missing heights; raises TopographyError if one is to be asked for."""
+    heights, steps = without(found.heights, void), found.steps
+    gone = np.count_nonzero(np.isnan(heights)) - np.count_nonzero(np.isnan(found.heights))
+    if gone:
+        steps += (f"{gone} points of the value {' or '.join(f'{one:.10g}' for one in void)} taken as missing",)
+    asked = None if np.isnan(void).any() else stands_for_nothing(heights)
+    if asked:
+        value, count = asked
+        raise TopographyError(
+            f"{found.source}: {count} of {heights.size} points have the value {value:.10g}, far from all others: "
+            f"missing? then `void` {value:.10g}; if they are heights, `void` nan"
+        )
+    return found._replace(heights=heights, steps=steps)
+
+
+def _not_too_small(topography: Topography, found: RawMap) -> Topography:
+    """The topography, unless its pixels or heights are far below an atom."""
+    pixel, height = min(topography.grid.spacing), float(detrend(topography).heights.std())
+    if pixel < _SMALLEST_PIXEL:
+        said, least, what = f"pixels of {pixel:.2g} m", _SMALLEST_PIXEL, "the size is that of one pixel, or"
+    elif height < _SMALLEST_HEIGHT:
+        said, least, what = f"an rms height of {height:.2g} m", _SMALLEST_HEIGHT, "the heights are in m already, or"
+    else:
+        return topography
+    raise TopographyError(
+        f"{found.source}: {said}, below {least:.2g} m, far less than an atom: probably {what} in a larger unit"
+    )
 
 
 def read_all(
@@ -140,6 +170,7 @@ def read_all(
     periodic: bool = False,
     crop: str | None = None,
     fill: str | float | None = None,
+    void: str | float | Sequence[str | float] = (),
     override_size: bool = False,
 ) -> list[Topography]:
     """Read one or two topographies from files or arrays, with sizes and units as text: one for all, or one for each.
@@ -152,7 +183,7 @@ def read_all(
         msg = f"maps: a contact has one or two rough surfaces, got {len(maps)}; `join` measurements of one surface"
         raise TopographyError(msg if maps else "maps: give a height map, or two for two rough bodies")
     given = texts_of(len(maps), size=size, unit=unit, dataset=dataset, part=part)
-    corners, limit = corners_of(crop), share(fill)
+    corners, limit, voids = corners_of(crop), share(fill), voids_of(void)
     always, override = flag("periodic", periodic), flag("override_size", override_size)
     found, faults = [], []
     for i, one in enumerate(maps):
@@ -168,8 +199,8 @@ def read_all(
             found.append(
                 read_topography(
                     heights, size=size_of, unit=heights_unit, position_unit=position_unit, periodic=always or None,
-                    dataset=text["dataset"], part=text["part"], corners=corners, fill=limit, override=override,
-                    source=source,
+                    dataset=text["dataset"], part=text["part"], corners=corners, fill=limit, void=voids,
+                    override=override, source=source,
                 )
             )  # fmt: skip
         except TopographyError as error:
@@ -217,7 +248,7 @@ def _with_units(
     for what, its, given in (("size", found.size, size), ("unit", found.unit, unit)):
         if its is None and given is None:
             faults.append(_missing(found, what))
-        if its is not None and given is not None:
+        if its is not None and given is not None and not _agree(its, given):
             said = " x ".join(units.readable(one, "length") for one in (its if isinstance(its, tuple) else (its,)))
             steps.append(f"the {what} that the file says, {said}, overruled")
             if not override:
@@ -227,17 +258,38 @@ def _with_units(
                 )
     if faults:
         raise TopographyError("\n".join(f"{found.source}: {fault}" for fault in faults))
+    if not override:
+        size, unit = found.size or size, found.unit or unit
     lengths = tuple(size or found.size or ())
     if len(lengths) == 2 and found.heights.ndim == 1:
         raise TopographyError(f"{found.source}: a line scan has one length: one number in `size`")
     if len(lengths) == 1 and found.heights.ndim == 2:
         nx, ny = found.heights.shape
         lengths = (lengths[0], lengths[0] * ny / nx)
+    steps += _other_order(found.heights.shape, lengths) if found.size is None and position_unit is None else ()
     heights = found.heights * (unit or found.unit or np.nan)
     its_periodic = found.periodic if periodic is None else periodic
     return found._replace(
         heights=heights, size=(lengths[0], lengths[-1]), unit=1.0, periodic=its_periodic, steps=(*found.steps, *steps)
     )
+
+
+def _agree(its: float | Sequence[float], given: float | Sequence[float]) -> bool:
+    """Whether a size or unit is what the file says, to the digits that are usually given."""
+    one, other = np.atleast_1d(its), np.atleast_1d(given)
+    return bool(np.allclose(one[: other.size], other, rtol=_SAME, atol=0))
+
+
+def _other_order(points: tuple[int, ...], lengths: tuple[float, ...]) -> tuple[str, ...]:
+    """What to say where pixels are square only if two lengths are exchanged."""
+    if len(points) != 2:
+        return ()
+    given, exchanged = (np.divide(one, points) for one in (lengths, lengths[::-1]))
+    if np.isclose(given[0], given[1], rtol=_SAME) or not np.isclose(exchanged[0], exchanged[1], rtol=_SAME):
+        return ()
+    pixel = " x ".join(units.readable(float(one), "length", 3) for one in given)
+    said = ",".join(units.readable(one, "length", 6).replace(" ", "") for one in lengths[::-1])
+    return (f"pixels of {pixel}; they would be square with the size {said}: x is along a line of text",)
 
 
 def _missing(found: RawMap, what: str) -> str:

@@ -38,8 +38,8 @@ def heights(seed: int = 7) -> Real:
 
 
 def write(path: Path = MAP) -> None:
-    """The map as text, to 0.01 nm."""
-    np.savetxt(path, heights(), fmt="%.2f", header=HEAD, encoding="utf-8")
+    """The map as text, to 0.01 nm, with x along a line."""
+    np.savetxt(path, heights().T, fmt="%.2f", header=HEAD, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from continuum.errors import OutputError
 from continuum.files import output, store
-from continuum.files.hdf5 import StoreError, read_array
+from continuum.files.hdf5 import StoreError, read_dataset
+from continuum.files.maps import read_map
 from continuum.files.store import Dataset
 
 HEAD = {"schema": "test", "schema_version": 1}
@@ -153,7 +154,7 @@ def test_data_that_lie_elsewhere_are_refused(tmp_path: Path, kind: str) -> None:
             layout = h5py.VirtualLayout((4,), "f8")
             layout[:] = h5py.VirtualSource(str(tmp_path / "other.h5"), "y", (4,))
             file.create_virtual_dataset("y", layout)
-    for reading in (lambda: read(path), lambda: read_array(path, "y")):
+    for reading in (lambda: read(path), lambda: read_dataset(path, "y")):
         with pytest.raises(StoreError, match="refused"):
             reading()
 
@@ -162,16 +163,14 @@ def test_an_array_of_a_user_is_read_if_it_is_one(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "mine.h5", "w") as file:
         file["map/heights"] = np.arange(12, dtype=np.int16).reshape(3, 4)
         file["name"] = np.array([b"text"])
-    found = read_array(tmp_path / "mine.h5", "/map/heights", (3, 4))
+    found = read_dataset(tmp_path / "mine.h5", "/map/heights").values
     np.testing.assert_array_equal(found, np.arange(12.0).reshape(3, 4))
     assert found.dtype == np.float64
-    for dataset, shape, words in (
-        ("map/h", None, "map/heights"),
-        ("name", None, "not real"),
-        ("map/heights", (4, 3), "shape"),
-    ):
+    for dataset, words in (("map/h", "map/heights"), ("name", "not real")):
         with pytest.raises(StoreError, match=words):
-            read_array(tmp_path / "mine.h5", dataset, shape)
+            read_dataset(tmp_path / "mine.h5", dataset)
+    with pytest.raises(StoreError, match="shape"):
+        read_map(tmp_path / "mine.h5", "map/heights", (4, 4))
 
 
 @given(st.integers(1, 40), st.integers(1, 5), st.integers(0, 2**32 - 1))

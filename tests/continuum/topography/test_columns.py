@@ -66,7 +66,8 @@ def test_a_header_names_the_units_of_its_columns(header: str, delimiter: str, tm
     assert found.heights.std() == pytest.approx(1e-9 * HEIGHTS.std())
     assert "header left out" in found.steps[0]
     with pytest.raises(TopographyError, match="the file itself says the unit"):
-        read_topography(tmp_path / "map.csv", unit=1e-9)
+        read_topography(tmp_path / "map.csv", unit=1e-6)
+    assert read_topography(tmp_path / "map.csv", unit=1e-9).heights.std() == found.heights.std()  # no conflict
 
 
 def test_text_of_two_bytes_a_character_and_a_column_that_counts(tmp_path: Path) -> None:
@@ -82,7 +83,7 @@ def test_a_decimal_comma_and_a_header_of_an_array(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace(".", ","))
     assert read_all([path], unit="um,nm")[0].lengths == pytest.approx((1e-6, 1.2e-6))
     array = written(tmp_path, HEIGHTS, "heights", ",", "array.csv")
-    np.testing.assert_allclose(read_topography(array, size=[1.0], unit=1.0).heights, HEIGHTS, rtol=1e-8)
+    np.testing.assert_allclose(read_topography(array, size=[1.0], unit=1.0).heights, HEIGHTS.T, rtol=1e-8)
 
 
 def test_positions_and_heights_of_a_line(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def test_plain_arrays_are_read_with_the_units_given(suffix: str, tmp_path: Path,
         with h5py.File(path, "w") as file:
             file["deep/heights"] = heights
     else:
-        np.savetxt(path, heights, delimiter="," if suffix == ".csv" else " ")
+        np.savetxt(path, heights.T, delimiter="," if suffix == ".csv" else " ")  # x along a line
     dataset = "deep/heights" if suffix == ".h5" else None
     found = read_topography(path, size=(1e-6,), unit=1e-9, dataset=dataset)
     np.testing.assert_allclose(found.heights, heights * 1e-9, rtol=1e-15)

@@ -1,0 +1,197 @@
+"""Heights in files of a user's own: text, npy, HDF5 and netCDF, with what the file says of their size and unit.
+
+The first index of heights is that of x.  A matrix of text is written line by line with x along a line, as Gwyddion
+and SurfaceTopography write it; binary arrays have the order of their indices, unless their axes have names.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from continuum.files.columns import grid_of, line_of, places
+from continuum.files.hdf5 import StoreError, only_array, read_dataset
+from continuum.files.header import decoded, said_by, unit_in, units_in
+from continuum.files.text import Text, read_text
+from continuum.model.fourier import Real
+
+HDF5_SUFFIXES = frozenset({".h5", ".hdf5", ".hdf", ".nc"})
+FEWEST = 16
+"""Smallest number of points of a map in each direction: two or three columns are never a map of heights."""
+_FAR = 10.0
+"""A repeated value this many times as far from the others as these lie apart is asked for: heights have no such gap."""
+_STANDS_FOR_NOTHING = frozenset(
+    {sign * (10**n - 1) for n in range(4, 11) for sign in (-1, 1)}
+    | {-(2**15), 2**15 - 1, 2**16 - 1, -(2**31), 2**31 - 1, 2**32 - 1}
+)
+"""Values that programs write for a missing one: nines, and the ends of integers."""
+
+
+class RawMap(NamedTuple):
+    """Heights in a file, with its size and units."""
+
+    heights: Real
+    source: str
+    size: tuple[float, ...] | None = None
+    """Size of the map, in m."""
+    unit: float | None = None
+    """Unit of the heights, in m."""
+    periodic: bool = False
+    steps: tuple[str, ...] = ()
+    """Description of choices made for it."""
+    of: str = "the file"
+    """Its name in messages: a file or an array in memory."""
+    extent: tuple[float, ...] | None = None
+    """Size of the map in the unit of its positions, which may be unknown; None if it has no positions."""
+    unread: bool = False
+    """Whether it has keys and values in a header that were not understood."""
+
+
+def read_map(path: Path, dataset: str | None = None, shape: tuple[int, int] | None = None) -> RawMap:
+    """Heights of a file, as it holds them.
+
+    Parameters
+    ----------
+    path : ``.npy``; HDF5 and netCDF (``.h5``, ``.hdf5``, ``.hdf``, ``.nc``); anything else is text.
+    dataset : name of the dataset in an HDF5 file; None takes the only one.
+    shape : shape that the heights should have; binary files are checked before anything is loaded.
+
+    Raises ValueError or OSError if the file is missing, damaged, of another kind, or does not hold real numbers of
+    that shape.
+    """
+    suffix = path.suffix.lower()
+    if suffix in HDF5_SUFFIXES:
+        found = _of_dataset(path, dataset, shape)
+    elif suffix == ".npy":
+        # Mapped, so that a header that claims terabytes costs nothing; never pickled.
+        try:
+            values: NDArray[Any] = np.lib.format.open_memmap(path, mode="r")
+        except (ValueError, EOFError) as error:
+            raise ValueError(f"{path} is not a plain .npy file, or is truncated ({error})") from error
+        _may_be(path, values.shape, shape)
+        if values.dtype.kind not in "iuf":
+            raise ValueError(f"{path} holds {values.dtype}, not real numbers")
+        found = of_array(np.array(values, dtype=np.float64), path.name, shape)
+    else:
+        found = _of_text(read_text(path), path.name, shape)
+    if shape is not None:
+        turned = found.heights.shape[::-1] == shape and suffix not in HDF5_SUFFIXES | {".npy"}
+        _checked(path, found.heights.shape, shape, ": x is along a line of text, y from line to line" if turned else "")
+    return found
+
+
+def _checked(path: Path, found: tuple[int, ...], shape: tuple[int, int], hint: str = "") -> None:
+    if found != shape:
+        raise StoreError(f"{path} holds an array of shape {found}, the grid has {shape}{hint}")
+
+
+def _may_be(path: Path, found: tuple[int, ...], shape: tuple[int, int] | None) -> None:
+    """Raise StoreError if an array of this shape, not yet loaded, cannot be a map of another one."""
+    if shape is not None and np.prod(found) not in (np.prod(shape), 3 * np.prod(shape)):
+        _checked(path, found, shape)
+
+
+def of_array(values: Real, source: str, shape: tuple[int, ...] | None = None, of: str = "the file") -> RawMap:
+    """The map of an array without units: heights, or columns of positions and heights."""
+    columns = values.ndim == 2 and values.shape[1] in (2, 3) and values.shape[0] >= FEWEST and values.shape != shape
+    if columns:
+        return _placed(values, source, of=of)
+    single = values.ndim == 2 and min(values.shape) == 1 and values.shape != shape
+    return RawMap(values.ravel() if single else values, source, of=of)
+
+
+def _placed(values: Real, source: str, header: Sequence[str] = (), of: str = "the file") -> RawMap:
+    """The map of columns of positions and heights, with their units in a header."""
+    named = units_in(header, values.shape[1])
+    if len(set(named[:-1])) > 1:
+        raise ValueError(f"{source}: x and y in two units: {header[-1]!r}")
+    try:
+        heights, extent, steps = line_of(*values.T) if values.shape[1] == 2 else grid_of(*values.T)
+    except ValueError as error:
+        raise ValueError(f"{source}: {values.shape[1]} columns, of positions and heights: {error}") from error
+    size = tuple(named[0] * length for length in extent) if named else None
+    return RawMap(heights, source, size, named[-1] if named else None, steps=steps, of=of, extent=extent)
+
+
+def _of_text(text: Text, source: str, shape: tuple[int, int] | None) -> RawMap:
+    """The map of a text: columns of positions and heights, or lines along x."""
+    rows = text.rows
+    steps = (*text.steps, *(f"header left out: {line!r}" for line in text.header[-1:]))
+    of_columns = rows.shape[1] in (2, 3) and rows.shape[0] >= FEWEST and rows.T.shape != shape
+    said = said_by(text.header)
+    if of_columns:
+        rows = np.column_stack([rows[:, :-1], without(rows[:, -1], said.voids)])
+        found = _placed(rows, source, text.header)
+        return found._replace(steps=(*steps, *found.steps))
+    try:
+        heights, extent = _of_axes(without(rows.T, said.voids), (text.columns, text.lines))
+    except ValueError as error:
+        raise ValueError(f"{source}: {error}") from error
+    size = said.size or (tuple(n * said.pixel for n in heights.shape) if said.pixel else None)
+    if min(heights.shape) == 1 and heights.shape != shape:
+        heights, size, extent = heights.ravel(), size[:1] if size else None, None
+    unread = (size is None or said.unit is None) and any(mark in line for line in text.header for mark in ":=")
+    return RawMap(heights, source, size, said.unit, steps=steps if rows.size else (), extent=extent, unread=unread)
+
+
+def without(heights: Real, voids: Sequence[float]) -> Real:
+    """Heights without these values, which become NaN."""
+    return np.where(np.isin(heights, voids), np.nan, heights) if voids else heights
+
+
+def _of_axes(heights: Real, axes: Sequence[Real | None]) -> tuple[Real, tuple[float, ...] | None]:
+    """Heights in the order of ascending positions, and the size in their unit; None for a count."""
+    steps = list[float]()
+    for axis, positions in enumerate(axes):
+        if positions is None or positions.size < 2:
+            continue
+        index, step = places(positions, "xy"[axis])
+        if not np.array_equal(np.sort(index), np.arange(index.size)):
+            raise ValueError(f"the positions along {'xy'[axis]} are not equidistant")
+        heights = np.take(heights, np.argsort(index), axis=axis)
+        if step != 1 or positions.min() not in (0, 1):
+            steps.append(step)
+    return heights, tuple(n * step for n, step in zip(heights.shape, steps, strict=True)) if len(steps) == 2 else None
+
+
+def _of_dataset(path: Path, name: str | None, shape: tuple[int, int] | None) -> RawMap:
+    """The map of a dataset of an HDF5 or netCDF file, with what its attributes and axes say."""
+    taken = name or only_array(path)
+    steps: tuple[str, ...] = () if name else (f"dataset {taken!r} taken, the only one",)
+    data = read_dataset(path, taken, lambda found: _may_be(path, found, shape))
+    found = of_array(decoded(data.values, data.attributes), path.name, shape)
+    try:
+        unit = unit_in(data.attributes)
+        axis_units = [unit_in(axis.attributes) for axis in data.axes]
+    except ValueError as error:
+        raise ValueError(f"{path}: dataset {taken!r}: {error}") from error
+    names = [axis.name.lower() for axis in data.axes]
+    positions, heights = [axis.values for axis in data.axes], found.heights
+    if names == ["y", "x"] and heights.ndim == 2:
+        heights, positions, axis_units = heights.T, positions[::-1], axis_units[::-1]
+        steps += ("turned, as its axes are y and x",)
+    extent = found.extent
+    if heights.ndim == 2 and all(one is not None for one in positions):
+        heights, extent = _of_axes(heights, positions)
+    known = [one for one in axis_units if one is not None]
+    size = (
+        tuple(n * one for n, one in zip(extent, known, strict=True)) if extent and len(known) == len(extent) else None
+    )
+    return found._replace(heights=heights, size=size, unit=unit, extent=extent, steps=(*steps, *found.steps))
+
+
+def stands_for_nothing(heights: Real) -> tuple[float, int] | None:
+    """The lowest or highest value and how often it occurs, if it probably stands for missing heights; None if not.
+
+    It is repeated exactly, and farther from all others than these lie apart.
+    """
+    whole = heights[np.isfinite(heights)]
+    for value in (whole.max(initial=-np.inf), whole.min(initial=np.inf)):
+        rest = whole[whole != value]
+        count, apart = whole.size - rest.size, np.ptp(rest) if rest.size else 0.0
+        far = np.abs(rest - value).min(initial=np.inf)
+        if apart > 0 and ((count > 1 and far > _FAR * apart) or (value in _STANDS_FOR_NOTHING and far > apart)):
+            return float(value), count
+    return None
