@@ -40,8 +40,8 @@ _FEW = 4
 """Fewer columns are positions and heights, which have no labels."""
 
 
-class NoTable(ValueError):
-    """A file that is no table of numbers, and may be of another format; a table with a fault is a plain ValueError."""
+class NoTableError(ValueError):
+    """A file that is no table of numbers, and may be of another format; a faulty table is a plain ValueError."""
 
 
 class Text(NamedTuple):
@@ -65,13 +65,13 @@ class Text(NamedTuple):
 def read_text(path: Path) -> Text:
     """Read a table of numbers.
 
-    Raises OSError if the file cannot be read, NoTable if it is no text or no table of numbers, and ValueError if a row
-    has something else among its numbers, or can be read in two ways.
+    Raises OSError if the file cannot be read, NoTableError if it is no text or no table of numbers, and ValueError if
+    a row has something else among its numbers, or can be read in two ways.
     """
     try:
         return _table(*_decoded(path.read_bytes()))
     except ValueError as error:
-        raise (NoTable if isinstance(error, NoTable) else ValueError)(
+        raise (NoTableError if isinstance(error, NoTableError) else ValueError)(
             f"{path} is not a table of numbers: {error}"
         ) from error
 
@@ -83,13 +83,13 @@ def _decoded(raw: bytes) -> tuple[str, tuple[str, ...]]:
         # In UTF-16 most characters of a table have a zero beside them.
         first, second = (raw[start:4096:2].count(0) / max(len(raw[start:4096:2]), 1) for start in (0, 1))
         if max(first, second) <= 0.5 or min(first, second) > 0:
-            raise NoTable("it is no text")
+            raise NoTableError("it is no text")
         encoding = "utf-16-le" if second > first else "utf-16-be"
     try:
         return raw.decode(encoding or "utf-8"), ()
     except UnicodeDecodeError as error:
         if encoding:
-            raise NoTable(f"it is no text in {encoding}") from error
+            raise NoTableError(f"it is no text in {encoding}") from error
         return raw.decode("cp1252", errors="replace"), ("read in the Windows code page 1252, as it is no UTF-8",)
 
 
@@ -102,13 +102,13 @@ def _table(text: str, steps: tuple[str, ...]) -> Text:
     header = tuple(word for line in original[:first] if (word := line.strip().lstrip("#").strip()))
     if first == len(lines):
         if any(line.strip() for line in lines):
-            raise NoTable("it holds words only")
+            raise NoTableError("it holds words only")
         return Text(np.empty((0, 0)), header, steps)
     for line in lines[:first]:
         _whole_row(line)
     inner = [i for i, line in enumerate(original[first:], first) if line.startswith("#") and re.search("[:=]", line)]
     if inner and any(map(_is_row, lines[inner[0] :])):
-        raise NoTable(f"several maps in one file: {original[inner[0]].strip()!r} stands among the numbers")
+        raise NoTableError(f"several maps in one file: {original[inner[0]].strip()!r} stands among the numbers")
     dialect = _dialect([line for line in lines[first:] if line.strip(" ")], header)
     # Lines without any value may stand before the first number.
     start = next(i for i in range(first, -1, -1) if not i or not _is_empty(lines[i - 1]))
@@ -239,7 +239,7 @@ def _rows(lines: Sequence[tuple[int, str]], dialect: _Dialect) -> Real:
     for row, until, (number, _) in zip(rows, filled, lines, strict=True):
         # A row may lack the last separator, unless the last number is missing, too.
         if row.size < width or (until < width and row.size != longest):
-            raise NoTable(f"line {number} has {row.size} columns, another one {max(width, longest)}")
+            raise NoTableError(f"line {number} has {row.size} columns, another one {max(width, longest)}")
     table = np.stack([row[:width] for row in rows])
     table[~np.isfinite(table)] = np.nan
     return table
@@ -252,7 +252,7 @@ def _numbers(fields: Sequence[str], line: int) -> Real:
     except ValueError:
         wrong = [field for field in fields if not _VOID.fullmatch(field) and not _is_float(field)]
         if wrong:
-            kind = ValueError if 2 * len(wrong) < len(fields) else NoTable
+            kind = ValueError if 2 * len(wrong) < len(fields) else NoTableError
             raise kind(f"{wrong[0][:40]!r} in line {line} is no number, and no word for a missing one") from None
         return np.array([np.nan if _VOID.fullmatch(field) else float(field) for field in fields])
 

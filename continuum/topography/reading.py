@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from continuum import units
 from continuum.arguments import ArgumentError, file_name, flag, number, pair
 from continuum.files.maps import HDF5_SUFFIXES, RawMap, of_array, read_map, stands_for_nothing, without
-from continuum.files.text import NoTable
+from continuum.files.text import NoTableError
 from continuum.model.fourier import Real
 from continuum.topography.instruments import ALL, from_instrument, is_container, is_known, measurements
 from continuum.topography.map import FEWEST, Topography, TopographyError, heights_of
@@ -113,13 +113,13 @@ def _raw(path: Path, dataset: str | None, part: str | None) -> RawMap:
         return from_instrument(path, part)
     try:
         found = read_map(path, dataset)
-    except (ValueError, OSError) as error:
-        if not isinstance(error, NoTable):
-            raise TopographyError(str(error)) from error
+    except NoTableError as error:  # perhaps of another format
         try:
             return from_instrument(path, part)
         except TopographyError as other:
             raise TopographyError(str(error) if suffix in _TEXT else str(other)) from error
+    except (ValueError, OSError) as error:
+        raise TopographyError(str(error)) from error
     if found.unread:
         with suppress(TopographyError):
             theirs = from_instrument(path, part)
@@ -285,7 +285,7 @@ def _other_order(points: tuple[int, ...], lengths: tuple[float, ...]) -> tuple[s
     if len(points) != 2:
         return ()
     given, exchanged = (np.divide(one, points) for one in (lengths, lengths[::-1]))
-    if np.isclose(given[0], given[1], rtol=_SAME) or not np.isclose(exchanged[0], exchanged[1], rtol=_SAME):
+    if _agree(*given) or not _agree(*exchanged):
         return ()
     pixel = " x ".join(units.readable(float(one), "length", 3) for one in given)
     said = ",".join(units.readable(one, "length", 6).replace(" ", "") for one in lengths[::-1])
