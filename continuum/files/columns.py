@@ -49,7 +49,7 @@ def line_of(x: Real, z: Real) -> Placed:
 
 def grid_of(x: Real, y: Real, z: Real) -> Placed:
     """Put points in any order on a grid; places without a point are holes."""
-    (i, dx), (j, dy) = places(x, "x"), places(y, "y")
+    (i, dx), (j, dy) = places_of(x, "x"), places_of(y, "y")
     nx, ny = int(i.max()) + 1, int(j.max()) + 1
     if nx * ny > _SPARSE * z.size:
         raise ValueError(f"{z.size} points are not on a grid: most of {nx} x {ny} places are empty")
@@ -63,7 +63,7 @@ def grid_of(x: Real, y: Real, z: Real) -> Placed:
     return heights, (nx * dx, ny * dy), how
 
 
-def places(x: Real, name: str) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], float]:
+def places_of(x: Real, name: str) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], float]:
     """The place of each position on an even grid, and the spacing of the grid; 0 if there is one position only."""
     if not np.isfinite(x).all():
         raise ValueError("a position is missing")

@@ -139,7 +139,7 @@ def _names_in(file: h5py.File) -> list[str]:
     return [name for name in stored if file.get(name, getclass=True) is h5py.Dataset]
 
 
-class Axis(NamedTuple):
+class RawAxis(NamedTuple):
     """An axis of a dataset: its name, and positions along it with their attributes, if it has any."""
 
     name: str = ""
@@ -147,12 +147,12 @@ class Axis(NamedTuple):
     attributes: Mapping[str, Any] = {}
 
 
-class Dataset(NamedTuple):
+class RawDataset(NamedTuple):
     """A dataset of real numbers of a user's file, with its attributes and axes."""
 
     values: NDArray[np.float64]
     attributes: Mapping[str, Any]
-    axes: tuple[Axis, ...]
+    axes: tuple[RawAxis, ...]
 
 
 def only_array(path: str | Path) -> str:
@@ -179,7 +179,9 @@ def only_array(path: str | Path) -> str:
     raise StoreError(f"{path}: {why}; datasets: {names}")
 
 
-def read_dataset(path: str | Path, name: str, check: Callable[[tuple[int, ...]], None] = lambda shape: None) -> Dataset:
+def read_dataset(
+    path: str | Path, name: str, check: Callable[[tuple[int, ...]], None] = lambda shape: None
+) -> RawDataset:
     """A dataset of real numbers, as ``entry/data/height``, from a user's own file, whatever else is in it.
 
     Parameters
@@ -194,7 +196,7 @@ def read_dataset(path: str | Path, name: str, check: Callable[[tuple[int, ...]],
             one = old.variables[name]
             check(one.shape)
             axes = tuple(_classic_axis(old, dimension) for dimension in one.dimensions)
-            return Dataset(one.data.astype(np.float64), dict(vars(one)["_attributes"]), axes)
+            return RawDataset(one.data.astype(np.float64), dict(vars(one)["_attributes"]), axes)
     with opened(path) as file:
         item = member(path, file, name)
         if not isinstance(item, h5py.Dataset):
@@ -203,18 +205,18 @@ def read_dataset(path: str | Path, name: str, check: Callable[[tuple[int, ...]],
         if item.dtype.kind not in "iuf":
             raise StoreError(f"{path}: dataset {name!r} holds {item.dtype}, not real numbers")
         check(item.shape)
-        return Dataset(item[()].astype(np.float64), dict(item.attrs), tuple(map(_axis, item.dims)))
+        return RawDataset(item[()].astype(np.float64), dict(item.attrs), tuple(map(_axis, item.dims)))
 
 
-def _axis(dimension: Any) -> Axis:
+def _axis(dimension: Any) -> RawAxis:
     """An axis of an HDF5 dataset, with the first of its scales."""
     name, scale = next(iter(dimension.items()), (dimension.label, None))
     name = dimension.label or name.rpartition("/")[2]
     if scale is None or scale.is_virtual or scale.external or _has_no_values(scale):
-        return Axis(name)
+        return RawAxis(name)
     if scale.ndim != 1 or scale.dtype.kind not in "iuf":
-        return Axis(name)
-    return Axis(name, scale[()].astype(np.float64), dict(scale.attrs))
+        return RawAxis(name)
+    return RawAxis(name, scale[()].astype(np.float64), dict(scale.attrs))
 
 
 def _has_no_values(scale: Any) -> bool:
@@ -244,8 +246,8 @@ def _classic(path: str | Path) -> Iterator[Any]:
         raise StoreError(f"{path}: cannot be read, probably damaged ({error})") from error
 
 
-def _classic_axis(file: Any, name: str) -> Axis:
+def _classic_axis(file: Any, name: str) -> RawAxis:
     scale = file.variables.get(name)
     if scale is None or len(scale.shape) != 1 or scale.data.dtype.kind not in "iuf":
-        return Axis(name)
-    return Axis(name, scale.data.astype(np.float64), dict(vars(scale)["_attributes"]))
+        return RawAxis(name)
+    return RawAxis(name, scale.data.astype(np.float64), dict(vars(scale)["_attributes"]))

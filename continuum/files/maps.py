@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from continuum.files.columns import grid_of, line_of, places
+from continuum.files.columns import grid_of, line_of, places_of
 from continuum.files.hdf5 import StoreError, only_array, read_dataset
 from continuum.files.header import decoded, said_by, unit_in, units_in
 from continuum.files.text import Text, read_text
@@ -147,7 +147,7 @@ def _of_axes(heights: Real, axes: Sequence[Real | None]) -> tuple[Real, tuple[fl
     for axis, positions in enumerate(axes):
         if positions is None or positions.size < 2:
             continue
-        index, step = places(positions, "xy"[axis])
+        index, step = places_of(positions, "xy"[axis])
         if not np.array_equal(np.sort(index), np.arange(index.size)):
             raise ValueError(f"the positions along {'xy'[axis]} are not equidistant")
         heights = np.take(heights, np.argsort(index), axis=axis)

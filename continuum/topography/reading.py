@@ -75,6 +75,7 @@ def read_topography(
     override : whether a given size or unit overrules what the file says.
     source : name of an array in messages and on the page.
     """
+    void = voids_of(void)
     if periodic is not None:
         flag("periodic", periodic)
     if not isinstance(heights, str | os.PathLike):

@@ -38,7 +38,7 @@ LARGE = Topography(np.random.default_rng(1).normal(size=(40, 40)).cumsum(0), (40
 CONTACT = Interface(1.0, 0.01, 0.35, 1.0)
 LINE = np.random.default_rng(1).normal(size=64).cumsum()
 Q, C = spectrum(MAP)
-SIZED: dict[str, Any] = {"size": (1.0,), "unit": 1.0, "periodic": False, "corners": None, "fill": 0.0}
+SIZED: dict[str, Any] = {"size": (1.0,), "unit": 1.0, "periodic": False, "corners": None, "fill": 0.0, "void": ()}
 
 CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "Topography": (Topography, {"heights": HEIGHTS, "lengths": (1.0, 1.0), "periodic": False, "source": "map",
@@ -70,7 +70,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "read, array": (read_topography, {"heights": HEIGHTS, **SIZED}),
     "read_all": (lambda **given: read_all([HEIGHTS], **given), {"size": "10um", "unit": "nm", "dataset": None,
                                                                "part": None, "periodic": False, "crop": None,
-                                                               "fill": None, "override_size": False}),
+                                                               "fill": None, "void": (), "override_size": False}),
     "Body": (Body, {"modulus": 1.0, "poisson": 0.3, "material": MATERIALS["mica"]}),
     "Interface": (Interface, {"contact_modulus": 1.0, "work_of_adhesion": 1.0, "range": 1.0, "spacing": None}),
     "read_interface": (read_interface, {"material": "mica", "modulus": (), "poisson": (), "contact_modulus": None,
