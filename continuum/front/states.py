@@ -119,7 +119,8 @@ class State:
     def stability(self) -> Stability:
         """Lowest eigenvalue of the Hessian, which is positive at a minimum; costs one or two hundred transforms.
 
-        The mean displacement is held, as at a given mean gap; without periodic images the half-space far away.
+        The mean displacement is held, as at a given mean gap; without periodic images the half-space far away, and the
+        Hessian is that of displacements of the window, beside which the surface follows without traction.
 
         Raises TypeError under a hard wall, whose energy is convex, so that each equilibrium is the minimum.
         """

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Self, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from continuum.arguments import count
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
 from continuum.files.store import Attribute
@@ -102,16 +103,24 @@ class Result:
         return Moments(*(float(self.attributes[f"realised_{name}"]) for name in Moments._fields))
 
     def repulsive(self, index: int) -> Mask:
-        """The cells of A_rep of a point, shape ``grid.shape``."""
+        """The cells of A_rep of a point, shape ``grid.shape``.
+
+        Points are counted from 0, or from the last one, -1, as in Python; ArgumentError if there is no such point.
+        """
         return self._mask("repulsive", index)
 
     def contact_map(self, index: int) -> NDArray[np.uint8]:
-        """REPULSIVE, ATTRACTED or OUT_OF_RANGE at each cell, shape ``grid.shape``."""
+        """REPULSIVE, ATTRACTED or OUT_OF_RANGE at each cell, shape ``grid.shape``; points as :meth:`repulsive`."""
         pushed, pulled = self._mask("repulsive", index), self._mask("attracted", index)
         return REPULSIVE * pushed.astype(np.uint8) + ATTRACTED * pulled.astype(np.uint8)
 
+    def _place(self, index: int) -> int:
+        """Place of a point in the file."""
+        points = len(self.points)
+        return count("index", index, -points, points - 1, why=f"the run has {points} points") % points
+
     def _mask(self, name: str, index: int) -> Mask:
-        packed = store.read_part(self.path, name, index)
+        packed = store.read_part(self.path, name, self._place(index))
         if packed is None:
             raise StoreError(f"{self.path}: holds no map {name!r}")
         nx, ny = self.grid.shape
@@ -120,8 +129,11 @@ class Result:
         return store.unpack(packed, ny)
 
     def gap(self, index: int) -> Real | None:
-        """Gap of a point, shape ``grid.shape``, in a0, from single precision; None if the run did not store gaps."""
-        stored = store.read_part(self.path, "gap", index)
+        """Gap of a point, shape ``grid.shape``, in a0, from single precision; None if the run did not store gaps.
+
+        Points as :meth:`repulsive`.
+        """
+        stored = store.read_part(self.path, "gap", self._place(index))
         return None if stored is None else stored.astype(np.float64)
 
     def heights(self) -> Real | None:

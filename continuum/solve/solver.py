@@ -9,7 +9,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.laws import Law
+from continuum.model.laws import Law, evaluate
 from continuum.solve.backend import back_end
 from continuum.solve.bound_grid import BoundGrid
 from continuum.solve.hard import constrain
@@ -129,7 +129,7 @@ class Solver:
     def stability(self, law: Law, gap: Real, mean_stiffness: float | None = None, shift: float = 0.01) -> Stability:
         """The lowest eigenvalue of the Hessian at a gap: :func:`continuum.solve.stability.stability`."""
         grid, stiffness_q, _ = self._surface
-        return stability(grid, stiffness_q, law, gap, mean_stiffness, self._stiffness(shift))
+        return stability(grid, stiffness_q, evaluate(law, gap)[2], mean_stiffness, self._stiffness(shift))
 
     def _stiffness(self, shift: float) -> float:
         """c0 in E*/a0 of one in E* over the spacing, in which the stiffness of waves of the grid is the same always."""

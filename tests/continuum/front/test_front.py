@@ -10,6 +10,7 @@ import pytest
 
 import atomistic as a
 import continuum as c
+from continuum.arguments import ArgumentError
 from continuum.errors import InputError
 from continuum.path.loading import solve
 from tests.problems import SMALL, Rough
@@ -187,6 +188,11 @@ def test_commands_as_functions(tmp_path: Path) -> None:
     assert {path.name for path in c.plot(result.path)} == {"small-contact.png", "small-area-and-load.png"}
     assert len(found.plot()) == 4
     np.testing.assert_array_equal(result.contact_map(0) == 2, result.repulsive(0))
+    for look in (result.gap, result.repulsive, result.contact_map):
+        np.testing.assert_array_equal(look(-1), look(4))
+        for index in (5, 99, -6, [0], 1.0, None, "0", True):
+            with pytest.raises(ArgumentError, match="whole number from -5 to 4: the run has 5 points"):
+                look(index)  # type: ignore[arg-type]
 
 
 def test_a_prediction_in_one_line(tmp_path: Path) -> None:

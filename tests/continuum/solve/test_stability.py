@@ -10,10 +10,12 @@ import scipy.linalg
 
 import continuum as c
 from continuum.model.grid import Grid
+from continuum.model.open_boundary import OpenBoundary
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.path.loading import solve
+from continuum.solve.non_periodic import NonPeriodicSolver
 from continuum.solve.solution import Settings, Status
 from continuum.solve.stability import stability
 from tests.problems import Rough
@@ -33,7 +35,7 @@ def test_flat_surfaces_have_the_spectrum_of_the_substrate(shape: tuple[int, int]
     problem = flat(Grid(shape, (float(shape[0]), float(shape[1]))))
     softening = float(WALL.evaluate(np.array(gap)).stiffness)
     lowest = min(np.pi / max(shape), mean) + softening
-    found = stability(problem.grid, problem.stiffness_q, WALL.law, np.full(shape, gap), mean)
+    found = stability(problem.grid, problem.stiffness_q, np.full(shape, softening), mean)
     assert found.eigenvalue == pytest.approx(lowest, abs=1e-6)
     assert abs(found.eigenvalue - lowest) <= found.error + 1e-12
     assert found.is_saddle == (lowest < 0)
@@ -50,9 +52,29 @@ def test_rough_surfaces_against_dense_eigenvalues(adhesion_length: float) -> Non
     mean = np.full((size, size), 1 / size)
     dense = dense - dense @ mean + 10 * mean  # the mean is held: neither does it move, nor is there a force on it
     exact = scipy.linalg.eigvalsh((dense + dense.T) / 2, subset_by_index=[0, 0])[0]
-    assert problem.wall.law is not None
-    found = stability(problem.grid, problem.stiffness_q, problem.wall.law, gap)
+    found = stability(problem.grid, problem.stiffness_q, problem.wall.evaluate(gap).stiffness)
     assert exact - 1e-12 <= found.eigenvalue <= exact + found.error
+
+
+@pytest.mark.parametrize("shape", [(6, 6), (7, 5), (2, 9)])
+@pytest.mark.parametrize("mean", [None, 0.0])
+def test_a_part_of_a_half_space_against_dense_eigenvalues(shape: tuple[int, int], mean: float | None) -> None:
+    """Its stiffness is the inverse of its influence; under a given load a rigid shift costs nothing."""
+    boundary = OpenBoundary(Grid(shape, (1.5 * shape[0], float(shape[1]))))
+    unit = np.eye(boundary.window.size)
+    influence = -np.stack([boundary.inside(boundary.displacement(e.reshape(shape))).ravel() for e in unit])
+    stiffness = np.linalg.inv(influence)
+    if mean == 0:
+        row = stiffness.sum(axis=0)
+        stiffness -= np.outer(row, row) / row.sum()
+    for gap in (np.full(shape, 1.2), np.full(shape, 3.0), np.random.default_rng(0).uniform(0.95, 1.4, shape)):
+        hessian = stiffness + np.diag(WALL.evaluate(gap).stiffness.ravel())
+        exact = scipy.linalg.eigvalsh((hessian + hessian.T) / 2, subset_by_index=[0, 0])[0]
+        found = NonPeriodicSolver(boundary).stability(WALL.law, gap, mean)
+        assert exact - 1e-10 <= found.eigenvalue <= exact + found.error + 1e-10
+        assert found.error <= 2e-3 * found.scale
+        image = hessian @ found.mode.ravel() - found.eigenvalue * found.mode.ravel()
+        assert np.sqrt(np.mean(image**2)) == pytest.approx(found.error, rel=1e-3, abs=1e-10)
 
 
 @pytest.mark.parametrize("control", ["mean-gap", "separation"])
