@@ -115,7 +115,8 @@ def certify(path: Path, **given: Any) -> int:
         # How many files there are is known once the first is done.
         bar = cache(lambda total: bars.enter_context(progress(total, path.stem)))
         found = certificates.certify(path, progress=lambda done, total: bar(total)(done, "files"), **given)
-    show(found.sheet())
+    for sheet in found.sheets():
+        show(sheet)
     warn(found.faults)
     return OK if found.ok else NOT_CONVERGED
 

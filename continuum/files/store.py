@@ -255,6 +255,12 @@ def _attributes(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Attr
             yield from _attributes(group[name], f"{prefix}{name}/")
 
 
+def names(path: str | Path) -> tuple[str, ...]:
+    """Names of the datasets of a file."""
+    with opened(path) as file:
+        return tuple(name for name, item in datasets_in(path, file) if not _only_dimension(item))
+
+
 def read_part(path: str | Path, dataset: str, index: int) -> NDArray[Any] | None:
     """One entry along the first dimension of a dataset, such as the field of one step; None if it is missing."""
     with opened(path) as file:

@@ -1,17 +1,24 @@
 """Check whether stored states satisfy the equations, independently of the solver."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain, groupby
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from continuum.arguments import count, file_name, function
+from continuum.errors import StickinessError
+from continuum.files import store
 from continuum.files.hdf5 import StoreError
-from continuum.measure.certificate import NO_TRACTION, StateCheck, check_state
+from continuum.measure.certificate import NO_TRACTION, Check, Found, StateCheck, check_state
+from continuum.measure.contact import ATTRACTED
+from continuum.measure.outline import Mask
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
+from continuum.path.state import Control, Search, nearness
 from continuum.runs.build import RunSetup, build
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
@@ -23,40 +30,32 @@ from continuum.sweeps.sweep import systems_of
 ENOUGH = 1.5
 """Factor by which residuals may exceed tolerance and rounding, as finite differences smooth a kink of the law: 1.3 was
 observed."""
+EXACT = 1e-12
+"""Relative difference of numbers that are the same but for their last digits."""
 
 
 @dataclass(frozen=True)
 class PointCertificate:
-    """One point of a stored run, with the independent evaluation of its state."""
+    """One point of a stored run, and what was looked at."""
 
     path: Path
     step: int
     point: Point
-    found: StateCheck
-    tolerance: float
-    """Tolerance of the run, in E*."""
-    again: bool
+    checks: tuple[Check, ...] = ()
+    """What was looked at; nothing of a point that is no equilibrium by what is stored."""
+    left_out: tuple[str, ...] = ()
+    """What was not: datasets of the file, by group, and "curvature" where the eigenvalue is within its error of 0."""
+    again: bool = False
     """Whether the state was computed again, as it was not stored."""
-
-    @property
-    def allowed(self) -> float:
-        """Largest residual, and difference of loads, in E*."""
-        return ENOUGH * (self.tolerance + self.found.rounding)
 
     @property
     def faults(self) -> tuple[str, ...]:
         """Disagreements, in words; empty if all numbers agree."""
-        here, found, allowed = self.point, self.found, self.allowed
-        faults = []
-        if not found.residual <= allowed:
-            faults.append(f"the residual is {found.residual:.2e} E*, above {allowed:.2e} E*")
-        if abs(found.area_rep - here.area_rep) > found.uncertain_area + 1e-12:
-            faults.append(f"A_rep/A0 is {found.area_rep:.6g}, and {here.area_rep:.6g} is stored")
-        if abs(found.load - here.load) > allowed:
-            faults.append(f"N/A0 is {found.load:.6e} E*, and {here.load:.6e} E* is stored")
-        if found.curvature <= 0:
-            faults.append("the energy decreases along a displacement, so that this is a saddle point")
-        return tuple(faults)
+        return tuple(check.fault for check in self.checks if not check.ok)
+
+    def found_of(self, quantity: str) -> float | None:
+        """What was found of a quantity; None if it was not looked at."""
+        return next((check.found for check in self.checks if check.quantity == quantity), None)
 
 
 @dataclass(frozen=True)
@@ -64,39 +63,73 @@ class Certificate:
     """Result of checking a run, or a sample of a sweep."""
 
     points: tuple[PointCertificate, ...]
+    """The points that were looked at."""
     read: int
     """Number of files that were read."""
+    unconverged: tuple[str, ...] = ()
+    """Points that are no equilibria by what is stored, and were not looked at."""
+    refused: tuple[str, ...] = ()
+    """Files of a sweep that cannot be certified, and why."""
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Disagreements, with file and point; empty if all points agree."""
-        return tuple(f"{one.path}, step {one.step}: {fault}" for one in self.points for fault in one.faults)
+        """Disagreements, with file and point, and files that cannot be certified; empty if all points agree."""
+        found = [f"{one.path}, step {one.step}: {fault}" for one in self.points for fault in one.faults]
+        if not self.points:
+            found.append(f"nothing was looked at: {self.read} files hold no equilibrium that can be checked")
+        return (*found, *self.refused)
 
     @property
     def ok(self) -> bool:
-        """Whether all points are sound."""
+        """Whether something was looked at, and all of it is sound."""
         return not self.faults
 
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What was not looked at in some point."""
+        return tuple(dict.fromkeys(name for one in self.points for name in one.left_out))
+
     def _repr_html_(self) -> str:
-        return self.sheet()._repr_html_()
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+    def sheets(self) -> list[Sheet]:
+        """One row for each point, and one for each quantity."""
+        return [self.sheet(), self.quantities()]
 
     def sheet(self) -> Sheet:
         """One row for each point."""
         columns = (
-            Column("file"), Column("step"), Column("A_rep/A0"), Column("off", "", ".1e"), Column("N/A0", "E*", ".4e"),
-            Column("off", "E*", ".1e"), Column("residual", "E*", ".2e"), Column("allowed", "E*", ".1e"),
-            Column("curvature", "E*/a0", ".3g"), Column(""),
+            Column("file"), Column("step"), Column("A_rep/A0"), Column("N/A0", "E*", ".4e"),
+            Column("residual", "E*", ".2e"), Column("lowest eigenvalue", "E*/a0", ".3g"), Column("checks"), Column(""),
         )  # fmt: skip
-        rows = []
-        for one in self.points:
-            at, found = one.point, one.found
-            rows.append(
-                (one.path.stem, one.step, at.area_rep, found.area_rep - at.area_rep, at.load, found.load - at.load,
-                 found.residual, one.allowed, found.curvature, "sound" if not one.faults else "; ".join(one.faults))
-            )  # fmt: skip
+        rows = [
+            (one.path.stem, one.step, one.point.area_rep, one.point.load, one.found_of("residual of the gap"),
+             one.found_of("curvature"), len(one.checks), "; ".join(one.faults) or "sound")
+            for one in self.points
+        ]  # fmt: skip
         again = "; states were computed again, as the files hold no gaps" if any(p.again for p in self.points) else ""
-        title = f"{len(self.points)} states of {self.read} files, checked independently of the solver{again}"
-        return Sheet.of(title, columns, rows)
+        states = len(self.points) + len(self.unconverged)
+        title = (
+            f"{len(self.points)} of {states} states of {self.read} files, checked independently of the solver{again}"
+        )
+        notes = [f"not looked at: {one}" for one in self.unconverged]
+        return Sheet.of(title, columns, rows, "\n".join(notes))
+
+    def quantities(self) -> Sheet:
+        """What was looked at, in how many points, and the point in which it is off by most of what is allowed."""
+        columns = (
+            Column("quantity"), Column("points"), Column("worst: stored", "", ".6g"), Column("found", "", ".6g"),
+            Column("off", "", ".1e"), Column("allowed", "", ".1e"), Column(""),
+        )  # fmt: skip
+        checks = sorted(chain.from_iterable(one.checks for one in self.points), key=lambda check: check.quantity)
+        rows = []
+        for quantity, group in groupby(checks, key=lambda check: check.quantity):
+            every = list(group)
+            # What fails comes first, NaN too.
+            worst = max(every, key=lambda check: (not check.ok, check.off / check.allowed if check.allowed else 0.0))
+            rows.append((quantity, len(every), *worst[1:], "sound" if worst.ok else "FAILS"))
+        note = f"Not looked at: {', '.join(self.left_out)}." if self.left_out else ""
+        return Sheet.of("What was looked at, in a0 and E*", columns, rows, note)
 
 
 def certify(
@@ -108,8 +141,9 @@ def certify(
 ) -> Certificate:
     """Evaluate stored states by other transforms, sums and derivatives than the solver's, and compare.
 
-    Residual, area and load follow from heights and gap alone; the second derivative of the energy is taken along
-    random displacements.  Runs that store fields are checked from these; other runs are computed again and compared.
+    All numbers follow from heights and gap alone; the lowest eigenvalue of the Hessian tells a minimum from a saddle.
+    Runs that store fields are checked from these; other runs are computed again and compared.  A system of a sweep that
+    cannot be certified is named, and the others are looked at.
 
     Parameters
     ----------
@@ -132,12 +166,21 @@ def certify(
     count("seed", seed, least=0)
     function("progress", progress)
     files = _sample(given, sample, seed) if given.is_dir() else [given]
-    points: list[PointCertificate] = []
+    points, unconverged, refused = list[PointCertificate](), list[str](), list[str]()
     for done, file in enumerate(files, 1):
-        points += certify_run(file)
+        try:
+            for found in certify_run(file):
+                if found.checks:
+                    points.append(found)
+                else:
+                    unconverged.append(f"{file}, step {found.step}: {found.point.meaning}")
+        except StickinessError as error:
+            if not given.is_dir():
+                raise
+            refused.append(str(error))
         if progress is not None:
             progress(done, len(files))
-    return Certificate(tuple(points), len(files))
+    return Certificate(tuple(points), len(files), tuple(unconverged), tuple(refused))
 
 
 def _sample(root: Path, sample: int, seed: int) -> list[Path]:
@@ -150,7 +193,7 @@ def _sample(root: Path, sample: int, seed: int) -> list[Path]:
 
 
 def certify_run(path: Path) -> Iterator[PointCertificate]:
-    """Check each converged point of a stored run.
+    """Check each converged point of a stored run; other points have no checks.
 
     Gaps come from the file if it has them (in single precision); otherwise the path is computed again, and its gaps
     are compared with the stored numbers.
@@ -158,23 +201,82 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
     Raises StoreError if the file is no finished run, or the files that its input names are gone.
     """
     result = Result.read(path)
-    if not result.finished:
+    loading = result.config.loading
+    if not (result.finished and len(result.points) == loading.points):
         raise StoreError(f"{path}: is not finished: run it again, then certify it")
-    config = result.config
     try:
-        system = build(config)
+        system = build(result.config)
     except (OSError, ValueError) as error:
         raise StoreError(f"{path}: its surface or wall cannot be built again: {error}") from error
     if system.problem.open_boundary is not None and system.problem.wall.law is None:
         raise StoreError(f"{path}: cannot be certified: {NO_TRACTION}")
     # The heights of an intermediate imprint are not stored.
     stored = result.gap(0) is not None and np.isinf(system.problem.wall.hardness)
+    names = {name.partition("/")[0] for name in store.names(path)}
+    if system.problem.wall.law is not None:  # else the energy is convex
+        names.add("curvature")
+    wanted = [_Aim(control, target, search) for control, given, search in loading.stretches for target in given]
     states = _stored(result, system) if stored else _again(system)
-    for step, (problem, gap) in enumerate(states):
-        point = result.points[step]
-        if point.converged:
-            found = check_state(problem, gap, rounded=stored, seed=step)
-            yield PointCertificate(path, step, point, found, system.settings.tolerance, not stored)
+    for step, (point, aim, (problem, gap)) in enumerate(zip(result.points, wanted, states, strict=True)):
+        if not point.converged:
+            yield PointCertificate(path, step, point)
+            continue
+        held = {"mean-gap": np.inf, "mean-pressure": 0.0}
+        mean = held.get(nearness(problem) if aim.control == "repulsive-area" else aim.control)
+        found = check_state(problem, gap, rounded=stored, mean_stiffness=mean)
+        if not stored or loading.turn is None:  # else the law is made of it, and a wrong one leaves a residual
+            found.numbers["work_of_adhesion"] = Found(problem.wall.work_of_adhesion, EXACT)
+        maps = {"repulsive": result.repulsive(step), "attracted": result.contact_map(step) % 2 == ATTRACTED}
+        allowed = ENOUGH * (system.settings.tolerance + found.rounding)
+        checks = tuple(_checks(problem, point, aim, maps, found, allowed))
+        looked_at = {check.quantity for check in checks} | ({"gap"} if stored else set())
+        yield PointCertificate(path, step, point, checks, tuple(sorted(names - looked_at)), not stored)
+
+
+class _Aim(NamedTuple):
+    """What the input asks of a point."""
+
+    control: Control
+    target: float
+    search: Search
+
+
+def _checks(
+    problem: ContactProblem, point: Point, aim: _Aim, maps: Mapping[str, Mask], found: StateCheck, allowed: float
+) -> Iterator[Check]:
+    """Every quantity that follows from the gap, or from the input; ``allowed`` is the largest residual, in E*."""
+    numbers, boundary = dict(found.numbers), problem.open_boundary
+    k = problem.mean_stiffness if boundary is None else boundary.mean_stiffness
+    if "separation" in numbers:  # where the mean displacement carries what is left of the mean traction
+        value, error = numbers["separation"]
+        numbers["separation"] = Found(value, error + allowed / k)
+    areas = {"area_rep": "repulsive", "area_att": "attracted"}
+    numbers |= {name: Found(float(maps[kind].mean()), EXACT) for name, kind in areas.items()}
+    for name, (value, error) in numbers.items():
+        stored = getattr(point, name)
+        if name != "lowest_eigenvalue" or not np.isnan(stored):  # which is not always asked for
+            yield Check(name, stored, value, abs(value - stored), error)
+    for name, (where, unsure) in found.maps.items():
+        differ = float(np.mean((where ^ maps[name]) & ~unsure))
+        yield Check(name, float(maps[name].mean()), float(where.mean()), differ, 0.0)
+    yield Check("residual of the gap", 0.0, found.residual, found.residual, allowed)
+    if found.lowest is not None and not abs(found.lowest.value) <= found.lowest.error:
+        yield Check("curvature", 0.0, found.lowest.value, max(-found.lowest.value, 0.0), 0.0)
+    yield Check("target", point.target, aim.target, abs(point.target - aim.target), EXACT * abs(aim.target))
+    yield from _at_its_target(aim, numbers, problem.grid.size, allowed)
+
+
+def _at_its_target(aim: _Aim, numbers: Mapping[str, Found], size: int, allowed: float) -> Iterator[Check]:
+    """Whether a state is where the input asks for it, if that follows from its gap."""
+    control, target, search = aim
+    name = {"mean-gap": "mean_gap", "mean-pressure": "load", "repulsive-area": "area_rep"}.get(control, control)
+    if name in numbers:
+        value, error = numbers[name]
+        beyond = {
+            "mean-pressure": allowed,
+            "repulsive-area": max(search.area_tolerance * min(target, 1 - target), 0.5 / size),
+        }
+        yield Check(f"{control} asked for", target, value, abs(value - target), error + beyond.get(control, 0.0))
 
 
 def _stored(result: Result, system: RunSetup) -> Iterator[tuple[ContactProblem, Real]]:

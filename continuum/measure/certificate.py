@@ -4,47 +4,84 @@ The solver's transforms, compiled laws and sums are not used.  Instead heights a
 complex transforms over the whole spectrum, the traction as a finite difference of the law's energy, and NumPy's sums.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from scipy import fft
 
-from continuum.model.fourier import Complex, Real
-from continuum.model.open_boundary import OpenBoundary
+from continuum.measure.outline import Mask
+from continuum.model.eigenvalue import lowest_eigenvalue
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import TabulatedSubstrate
+from continuum.model.walls import Wall
 
 STEP = 1e-5
 """Step of the differences, in a0: rounding leaves 1e-12 of the traction, a kink of the law about as much as that of its
 area on the map."""
-DIRECTIONS = 6
-"""Number of random displacements along which the energy is tested for a minimum."""
+ACCURACY = 1e-3
+"""Residual of the eigenvector at which to stop, relative to the largest softening, or to K of the longest wave."""
 NO_TRACTION = "under a hard wall no traction follows from the gap of a part of a half-space alone"
 """Why a state without periodic images is not certified under a hard wall."""
-OUT_OF_REACH = 1e4
-"""Height of the wall above the points without wall, in a0: far enough for any law, and no digits are lost."""
 SINGLE = 2.0**-24
 """Largest rounding of a number that was stored in single precision, relative to it."""
+TINY = 2.0**-149
+"""Smallest number in single precision: below, a gap may become zero, or zero a gap."""
 
 
-@dataclass(frozen=True)
+class Check(NamedTuple):
+    """One quantity that was looked at: what is stored or should be, what was found, and how far they are apart."""
+
+    quantity: str
+    stored: float
+    found: float
+    off: float
+    """Their difference; of a map, the part of the points that differ."""
+    allowed: float
+
+    @property
+    def ok(self) -> bool:
+        """Whether the difference is allowed; NaN is not."""
+        return bool(self.off <= self.allowed)
+
+    @property
+    def fault(self) -> str:
+        """The disagreement in words."""
+        return (
+            f"{self.quantity} is {self.found:.7g}, and {self.stored:.7g} is stored or asked for: "
+            f"off by {self.off:.2e}, where {self.allowed:.2e} is allowed"
+        )
+
+
+class Found(NamedTuple):
+    """A number of a state, and its largest error by the rounding of the gaps to single precision."""
+
+    value: float
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
 class StateCheck:
-    """Numbers of a state from its heights and gap; lengths in a0, tractions in E*, areas as fractions of A0."""
+    """Numbers of a state from its heights and gap; lengths in a0, tractions in E*."""
 
-    area_rep: float
-    uncertain_area: float
-    """Number of points whose gap is within rounding of the edge of repulsion."""
-    load: float
-    """Mean traction of the wall; under a hard wall that of the surface, NaN in full contact."""
+    numbers: dict[str, Found]
+    """By the names of a stored point; what does not follow from the gap is not there."""
+    maps: Mapping[str, tuple[Mask, Mask]] = field(repr=False)
+    """Points of the repulsive and of the attracted area, and those whose gap is within rounding of an edge of it."""
     residual: float
     """Root-mean-square residual traction; under a hard wall the violation of its three conditions."""
     rounding: float
     """Residual due to the rounding of the gap."""
-    curvature: float
-    """Smallest second derivative of the energy along random displacements, in E*/a0; NaN under a hard wall."""
+
+    lowest: Found | None = None
+    """Lowest eigenvalue of the Hessian, in E*/a0; without periodic images that of all of the surface, whose sign is
+    that of the window; None under a hard wall, where the energy is convex."""
 
 
-def check_state(problem: ContactProblem, gap: Real, *, rounded: bool, seed: int = 0) -> StateCheck:
+def check_state(
+    problem: ContactProblem, gap: Real, *, rounded: bool, mean_stiffness: float | None = np.inf
+) -> StateCheck:
     """Evaluate a state from its heights and gap.
 
     Parameters
@@ -52,104 +89,188 @@ def check_state(problem: ContactProblem, gap: Real, *, rounded: bool, seed: int 
     problem : its contact.
     gap : shape ``grid.shape``, in a0.
     rounded : whether the gap was stored in single precision.
-    seed : seed of the random displacements.
+    mean_stiffness : K at q = 0 for the eigenvalue, in E*/a0: 0 where the load is given, infinite where the mean gap is,
+        None for that of the substrate.
 
     Raises ValueError for a hard wall without periodic images, where the gap does not determine the traction.
     """
-    coarse = SINGLE * float(np.abs(gap).max()) if rounded else 0.0
-    if problem.open_boundary is not None:
-        return _check_part(problem, problem.open_boundary, gap, coarse, seed)
-    return _check(problem, gap, coarse, seed)
+    coarse = np.maximum(SINGLE * np.abs(gap), TINY)
+    with np.errstate(all="ignore"):  # what is not finite fails every comparison
+        if problem.wall.law is None:
+            return _under_a_bound(problem, gap, coarse, rounded=rounded)
+        law = _law(problem.wall, gap, coarse)
+        evaluate = _periodic if problem.open_boundary is None else _part
+        numbers, residual, rounding = evaluate(problem, gap, law.traction, law.numbers["load"], coarse)
+        numbers = {**law.numbers, **_of_gap(gap, coarse), **numbers}
+        lowest = _lowest(problem, law.stiffness, mean_stiffness) if np.isfinite(law.stiffness).all() else None
+        if lowest is not None and problem.open_boundary is None:
+            # Of two eigenvectors that are as accurate, of which one is the solver's.
+            numbers["lowest_eigenvalue"] = Found(lowest.value, 2 * lowest.error)
+    return StateCheck(numbers, _maps(problem.wall, gap, coarse), residual, rounding if rounded else 0.0, lowest)
 
 
-def _check(problem: ContactProblem, gap: Real, coarse: float, seed: int) -> StateCheck:
-    """Evaluate a state whose gap was rounded by at most ``coarse``."""
-    wall, stiffness = problem.wall, _whole(problem)
-    # Rounding is uniform within ± coarse, and the response is that of each wave.
-    noise = coarse / np.sqrt(3) * float(np.sqrt(np.mean(stiffness**2)))
-    elastic = fft.ifft2(stiffness * fft.fft2(problem.heights - gap)).real
-    inside = gap < wall.zero_gap
-    unsure = float(np.mean(np.abs(gap - wall.zero_gap) <= coarse))
-    if wall.law is None:
-        load, residual = _hard(gap, -elastic, coarse, wall.hardness)
-        return StateCheck(float(np.mean(gap <= coarse)), unsure, load, residual, noise, np.nan)
-    traction = _traction(problem, gap)
+class _Law(NamedTuple):
+    """Traction and stiffness of a law at each point, by differences of its energy, and their sums."""
+
+    traction: Real
+    stiffness: Real
+    numbers: dict[str, Found]
+
+
+def _law(wall: Wall, gap: Real, coarse: Real) -> _Law:
+    """Central differences of fourth order for the traction; where the law has a kink they are off by less than those of
+    second order differ.
+    """
+    energy, wide = wall.energy, 10 * STEP
+    near = (energy(gap + STEP) - energy(gap - STEP)) / (2 * STEP)
+    far = (energy(gap + 2 * STEP) - energy(gap - 2 * STEP)) / (4 * STEP)
+    here, traction = energy(gap), -(4 * near - far) / 3
+    stiffness = (energy(gap + wide) - 2 * here + energy(gap - wide)) / wide**2
+    error = (
+        float(np.mean(np.abs(stiffness) * coarse + np.abs(far - near))) + 1e-12
+    )  # and what rounding leaves of a difference
+    numbers = {
+        "load": Found(float(traction.mean()), error),
+        "load_rep": Found(float(np.maximum(traction, 0.0).mean()), error),
+        "load_att": Found(float(np.maximum(-traction, 0.0).mean()), error),
+        "wall_energy": _mean(here, np.abs(traction) * coarse),
+    }
+    return _Law(traction, stiffness, numbers)
+
+
+def _mean(values: Real, errors: Real) -> Found:
+    """Mean of a field with the largest errors of its points, and of the order in which they are summed."""
+    return Found(float(values.mean()), float(errors.mean()) + 1e-13 * float(np.abs(values).mean()))
+
+
+def _of_gap(gap: Real, coarse: Real) -> dict[str, Found]:
+    least = np.argmin(gap)
+    return {
+        "mean_gap": _mean(gap, coarse),
+        "smallest_gap": Found(float(gap.flat[least]), float(coarse.flat[least])),
+    }
+
+
+def _maps(wall: Wall, gap: Real, coarse: Real) -> dict[str, tuple[Mask, Mask]]:
+    repulsive, end = gap < wall.zero_gap, wall.zero_gap + wall.range
+    near = np.abs(gap - wall.zero_gap) <= coarse
+    attracted = ~repulsive & (gap < end)
+    return {"repulsive": (repulsive, near), "attracted": (attracted, near | (np.abs(gap - end) <= coarse))}
+
+
+_Parts = tuple[dict[str, Found], float, float]
+"""Numbers of the elastic surface, residual, and residual due to rounding."""
+
+
+def _periodic(problem: ContactProblem, gap: Real, traction: Real, load: Found, coarse: Real) -> _Parts:
+    """Of the displacement that heights and gap give, and what the wall leaves of its elastic traction."""
+    stiffness, u = _whole(problem.stiffness_q, gap.shape[1], 0.0), problem.heights - gap
+    elastic = _product(stiffness, u)
     off = elastic + traction
     off -= off.mean()  # the base, or a given pressure, holds the mean
-    curvature = min(_curvatures(problem, stiffness, gap, seed))
-    return StateCheck(
-        float(np.mean(inside)), unsure, float(traction.mean()), float(np.sqrt(np.mean(off**2))), noise, curvature
-    )
+    numbers = _of_displacement(problem, u, elastic, load, coarse)
+    return numbers, float(np.sqrt(np.mean(off**2))), _noise(stiffness, coarse)
 
 
-def _check_part(problem: ContactProblem, boundary: OpenBoundary, gap: Real, coarse: float, seed: int) -> StateCheck:
-    """Evaluate a state without periodic images: tractions in the window move the surface outside, too."""
-    if problem.wall.law is None:
-        raise ValueError(NO_TRACTION)
-    # Counted from the height at which the gap is the one given, as the heights are.
-    displacement = boundary.displacement(_traction(problem, gap))
-    inside = boundary.inside(displacement)
-    displacement += np.mean(problem.heights - gap - inside)
-    inside[...] = problem.heights - gap
-    heights = boundary.around(problem.heights, OUT_OF_REACH + float(problem.heights.max()))
-    # The periodic surface of twice the size by which an open boundary is computed.
-    response = TabulatedSubstrate(boundary.stiffness_q, boundary.grid.lengths, "open boundary")
-    doubled = ContactProblem(boundary.grid, problem.wall, heights, response)
-    found = _check(doubled, heights - displacement, coarse, seed)
-    return replace(
-        found,
-        area_rep=4 * found.area_rep,
-        uncertain_area=4 * found.uncertain_area,
-        load=4 * found.load,
-        residual=2 * found.residual,
-    )
+def _of_displacement(problem: ContactProblem, u: Real, elastic: Real, load: Found, coarse: Real) -> dict[str, Found]:
+    """Elastic energy and separation of a periodic surface; no separation where the mean is free, or carries a load that
+    is not known.
+    """
+    numbers = {"elastic_energy": _mean(u * elastic / 2, np.abs(elastic) * coarse)}
+    k = problem.mean_stiffness
+    if k > 0 and (np.isinf(k) or np.isfinite(load.value)):
+        sunk = 0.0 if np.isinf(k) else load.value / k
+        numbers["separation"] = Found(-float(u.mean()) - sunk, float(coarse.mean()) + load.error / k)
+    return numbers
 
 
-def _whole(problem: ContactProblem) -> Real:
-    """K over the whole spectrum, without its mean, from the half that a real field needs."""
-    ny, half = problem.grid.shape[1], np.array(problem.stiffness_q)
-    half[0, 0] = 0.0
+def _part(problem: ContactProblem, gap: Real, traction: Real, load: Found, coarse: Real) -> _Parts:
+    """Of a part of a half-space, on the periodic surface of twice the size by which an open boundary is computed: the
+    elastic traction of the difference from the displacement that the tractions of the window give there.
+    """
+    boundary = problem.open_boundary
+    assert boundary is not None
+    stiffness = _whole(boundary.stiffness_q, boundary.grid.shape[1])
+    u = boundary.inside(_product(-1 / stiffness, boundary.around(traction, 0.0)))
+    off = problem.heights - gap - u
+    separation = -float(off.mean())
+    off = _product(stiffness, boundary.around(off + separation, 0.0))
+    off -= off.mean()
+    numbers = {
+        "elastic_energy": Found(-float(np.mean(u * traction)) / 2, float(np.abs(u).max()) * load.error),
+        "separation": Found(separation, float(coarse.mean()) + load.error / boundary.mean_stiffness),
+    }
+    return numbers, 2 * float(np.sqrt(np.mean(off**2))), _noise(stiffness, coarse)
+
+
+def _noise(stiffness: Real, coarse: Real) -> float:
+    """Elastic traction of rounding errors: uniform within ± coarse, and each wave responds."""
+    return float(np.sqrt(np.mean(coarse**2) / 3 * np.mean(stiffness**2)))
+
+
+def _whole(stiffness_q: Real, ny: int, mean: float | None = None) -> Real:
+    """K over the whole spectrum, from the half that a real field needs, with another K at q = 0 if one is given."""
+    half = np.array(stiffness_q)
+    half[0, 0] = half[0, 0] if mean is None else mean
     opposite = np.roll(half[::-1], 1, axis=0)  # K(-qx, qy) = K(qx, -qy)
     return np.concatenate([half, opposite[:, ny - half.shape[1] : 0 : -1]], axis=1)
 
 
-def _traction(problem: ContactProblem, gap: Real) -> Real:
-    """-d energy/d gap, by central differences of fourth order."""
-    energy = problem.wall.energy
-    near = (energy(gap + STEP) - energy(gap - STEP)) / (2 * STEP)
-    far = (energy(gap + 2 * STEP) - energy(gap - 2 * STEP)) / (4 * STEP)
-    return -(4 * near - far) / 3
+def _product(spectrum: Real, values: Real) -> Real:
+    product: Real = fft.ifft2(spectrum * fft.fft2(values)).real
+    return product
 
 
-def _curvatures(problem: ContactProblem, stiffness: Real, gap: Real, seed: int) -> list[float]:
-    """Second derivatives of the energy along random displacements of unit root-mean-square, from rough to smooth."""
-    rng, found = np.random.default_rng(seed), []
-    softness = np.where(stiffness > 0, 1 / np.where(stiffness > 0, stiffness, 1.0), 0.0)
-    for power in np.linspace(0.0, 4.0, DIRECTIONS):
-        along_q: Complex = fft.fft2(rng.normal(size=gap.shape)) * softness**power
-        along = fft.ifft2(along_q).real
-        along /= np.sqrt(np.mean(along**2))
-        elastic = fft.ifft2(stiffness * fft.fft2(along)).real
-        change = STEP * along
-        law = (_traction(problem, gap - change) - _traction(problem, gap + change)) / (2 * STEP)
-        found.append(float(np.mean(along * (elastic + law))))
-    return found
+def _lowest(problem: ContactProblem, law: Real, mean_stiffness: float | None) -> Found:
+    """Lowest eigenvalue of K + φ'', without its mean mode where that is held."""
+    boundary = problem.open_boundary
+    stiffness_q, grid = problem.stiffness_q, problem.grid
+    if boundary is not None:
+        stiffness_q, grid, law = boundary.stiffness_q, boundary.grid, boundary.around(law, 0.0)
+    mean = float(stiffness_q[0, 0]) if mean_stiffness is None else mean_stiffness
+    held = bool(np.isinf(mean))
+    K = _whole(stiffness_q, grid.shape[1], 0.0 if held else mean)
+    softest = max(0.0, -float(law.min()))
+    scale = max(softest, float(K[K > 0].min()))
+
+    def hessian(v: Real) -> Real:
+        product: Real = _product(K, v) + law * v
+        return product - product.mean() if held else product
+
+    def smooth(v: Real) -> Real:
+        return _product(1 / (K + scale), v - held * v.mean())
+
+    start = np.random.default_rng(1).normal(size=grid.shape) * (np.maximum(-law, 0.0) + 1e-3)
+    found = lowest_eigenvalue(hessian, smooth(start)[None], ACCURACY * scale, smooth)
+    return Found(found.eigenvalue, max(found.error, ACCURACY * scale))
 
 
-def _hard(gap: Real, pressure: Real, coarse: float, hardness: float) -> tuple[float, float]:
-    """Load, and violation of the conditions of a hard wall: no overlap except where it yields, no tension, no pressure
-    above the hardness, and none at a distance.  The elastic pressure is known up to its mean, which makes it vanish
-    beside the contact, or equal the hardness where the wall yields.
+def _under_a_bound(problem: ContactProblem, gap: Real, coarse: Real, *, rounded: bool) -> StateCheck:
+    """The conditions of a hard wall: no overlap except where it yields, no tension, no pressure above the hardness, and
+    none at a distance.  The elastic pressure is known up to its mean, which makes it vanish beside the contact, or
+    equal the hardness where the wall yields.  A gap of zero is exact in single precision too.
     """
-    touching, yields = gap <= coarse, (gap < -coarse) & np.isfinite(hardness)
-    if not touching.any():
-        return 0.0, float(np.sqrt(np.mean(pressure**2)))
+    if problem.open_boundary is not None:
+        raise ValueError(NO_TRACTION)
+    hardness, stiffness = problem.wall.hardness, _whole(problem.stiffness_q, gap.shape[1], 0.0)
+    u, rounding = problem.heights - gap, _noise(stiffness, coarse) if rounded else 0.0
+    elastic = _product(stiffness, u)
+    touching, yields = gap <= 0.0, (gap < 0.0) & np.isfinite(hardness)
     known = yields | ~touching
     # In full contact, where nothing yields, any mean is one, from the least that holds no tension on.
-    level = np.mean(pressure[known] - np.where(yields[known], hardness, 0.0)) if known.any() else pressure.min()
-    pressure = pressure - level
+    off = elastic + np.where(yields, hardness, 0.0)
+    pressure = (off[known].mean() if known.any() else elastic.max()) - elastic
     broken = np.where(touching, pressure - np.clip(pressure, 0.0, hardness), pressure)
     broken = np.where(yields, pressure - hardness, broken)
-    overlap = np.where(yields, 0.0, np.minimum(gap + coarse, 0.0))
-    load = float(pressure.mean()) if known.any() else np.nan
-    return load, float(np.sqrt(np.mean(broken**2) + np.mean(overlap**2)))
+    overlap = np.where(yields, 0.0, np.minimum(gap, 0.0))
+    residual = float(np.sqrt(np.mean(broken**2) + np.mean(overlap**2)))
+    load = Found(np.nan, np.nan)
+    numbers = {"load_att": Found(0.0, 0.0), "wall_energy": _mean(problem.wall.energy(gap), 0 * coarse)}
+    if known.any():
+        # A mean over the points where the pressure is known has the error of their residual.
+        load = Found(float(pressure.mean()), (residual + rounding) / float(np.sqrt(known.mean())) + 1e-12)
+        numbers |= {"load": load, "load_rep": load}
+    numbers |= {**_of_gap(gap, coarse), **_of_displacement(problem, u, elastic, load, coarse)}
+    nowhere = np.zeros(gap.shape, np.bool_)
+    open_ = touching & (np.abs(pressure) <= rounding)
+    return StateCheck(numbers, {"repulsive": (touching, open_), "attracted": (nowhere, nowhere)}, residual, rounding)

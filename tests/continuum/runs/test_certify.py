@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import continuum as c
 from continuum.cli import main
 from continuum.files import store
 from continuum.files.store import File
+from continuum.front import certify
 from continuum.measure.certificate import check_state
+from continuum.measure.contact import Totals
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
+from continuum.runs.record import Point
 from tests.problems import SMALL
 
 LAWS = (
@@ -29,9 +34,9 @@ LAWS = (
 LOADING = {"control": "repulsive-area", "targets": [0.05, 0.15]}
 
 
-def stored(folder: Path, fields: bool = True, **settings: object) -> Path:
+def stored(folder: Path, with_fields: bool = True, **settings: object) -> Path:
     (folder / "small.toml").write_text(SMALL)
-    given = {"loading": LOADING, "output.fields": fields, **settings}
+    given = {"loading": LOADING, "output.fields": with_fields, **settings}
     return c.run(folder / "small.toml", folder / "small.h5", settings=given, force=True).path
 
 
@@ -46,8 +51,8 @@ def test_states_of_every_law_are_sound_stored_or_found_again(
     assert all(point.again is not fields for point in found.points)
     if not fields and wall["law"] == "lennard-jones-spline":
         for point in found.points:  # in double precision: rounding of transforms and differences
-            assert point.found.residual == pytest.approx(point.point.residual, rel=1e-2)
-            assert point.found.load == pytest.approx(point.point.load, abs=1e-12)
+            assert point.found_of("residual of the gap") == pytest.approx(point.point.residual, rel=1e-2)
+            assert point.found_of("load") == pytest.approx(point.point.load, abs=1e-12)
 
 
 def forged(path: Path, name: str, change: Callable[[Real], Real]) -> Path:
@@ -59,19 +64,76 @@ def forged(path: Path, name: str, change: Callable[[Real], Real]) -> Path:
     return new
 
 
-@pytest.mark.parametrize(
-    ("name", "change", "word"),
-    [
-        ("area_rep", lambda values: values * 1.001, "A_rep/A0"),
-        ("load", lambda values: values + 1e-5, "N/A0"),
-        ("gap", lambda gap: gap + np.float32(1e-4) * np.sin(np.arange(gap.shape[1]))[:, None], "residual"),
-        ("gap", lambda gap: gap[:, ::-1], "residual"),
-    ],
-)
-def test_what_was_forged_is_told(name: str, change: Callable[[Real], Real], word: str, tmp_path: Path) -> None:
-    found = c.certify(forged(stored(tmp_path), name, change))
+@pytest.mark.parametrize("change", [
+    lambda gap: gap + np.float32(1e-4) * np.sin(np.arange(gap.shape[1]))[:, None],
+    lambda gap: gap[:, ::-1],
+    lambda gap: np.float32(np.nan) * gap,
+])  # fmt: skip
+def test_a_gap_that_was_forged_is_told(change: Callable[[Real], Real], tmp_path: Path) -> None:
+    found = c.certify(forged(stored(tmp_path), "gap", change))
     assert not found.ok
-    assert all(any(word in fault for fault in point.faults) for point in found.points)
+    assert all(any("residual" in fault for fault in point.faults) for point in found.points)
+
+
+def other_values(value: float) -> tuple[float, ...]:
+    """What may stand in the place of a number."""
+    if np.isnan(value) or value == 0:
+        return (1e-3, -1.0)
+    return (np.nan, *(factor * value for factor in (0.0, 0.1, 0.5, 0.99, 1.01, 1.9, -1.0)))
+
+
+@pytest.mark.parametrize("given", [
+    {"wall": {"law": "hard"}},
+    {"solver.stability": True},
+    {"loading": {**LOADING, "targets": [0.05], "turn": 0.02}},
+    {"substrate": {"response": "layer", "poisson": 0.3, "depth": 9.0, "mean": 0.05},
+     "loading": {"control": "separation", "targets": [1.2]}},
+    {"loading": {"control": "mean-pressure", "targets": [0.002]}},
+], ids=["hard", "law", "turn", "layer", "pressure"])  # fmt: skip
+def test_whatever_number_of_a_point_is_changed_is_told_or_listed_as_not_looked_at(
+    given: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of every dataset that the file has; near the turn the load is small, and one per cent of it is told, too."""
+    path = stored(tmp_path, **{"loading": {**LOADING, "targets": [0.05]}, **given})
+    seen, checks_of = list[tuple[Any, ...]](), certify._checks
+    with monkeypatch.context() as patch:
+        patch.setattr(certify, "_checks", lambda *args: (seen.append(args), checks_of(*args))[1])
+        sound = c.certify(path)
+    assert sound.ok, sound.faults
+    assert len(sound.points) == len(seen) == 1
+    looked_at = {check.quantity for check in sound.points[0].checks}
+    groups = {name.partition("/")[0] for name in store.names(path)}
+    assert groups <= looked_at | {"gap"} | set(sound.left_out)
+    totals = {one.name for one in fields(Totals)} | {"mean_gap", "elastic_energy", "repulsive", "attracted", "target"}
+    assert totals <= looked_at
+
+    (problem, point, *rest), columns = seen[0], looked_at & {one.name for one in fields(Point)}
+    for name in sorted(columns):
+        for value in other_values(getattr(point, name)):
+            checks = certify._checks(problem, replace(point, **{name: value}), *rest)
+            judged = {check.quantity: check.ok for check in checks}
+            assert not all(judged.values()) or name not in judged, (name, value)
+    for name in ("repulsive", "attracted"):
+        for where in (slice(None), slice(200, 201)):
+
+            def inverted(maps: NDArray[Any], where: slice = where) -> NDArray[Any]:
+                points = np.unpackbits(maps, axis=-1, count=30)
+                points.reshape(-1)[where] ^= 1
+                return np.packbits(points, axis=-1)
+
+            assert not c.certify(forged(path, name, inverted)).ok, (name, where)
+
+
+def test_where_nothing_was_looked_at_nothing_is_sound(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = stored(tmp_path, **{"solver.max_iterations": 1})
+    found = c.certify(path)
+    assert not found.ok
+    assert len(found.unconverged) == 2
+    assert main(["certify", str(path)]) == 1
+    said = capsys.readouterr()
+    assert "nothing was looked at: 1 files hold no equilibrium" in said.err
+    assert "0 of 2 states of 1 files" in said.out
+    assert "step 1: " in said.out
 
 
 def test_a_solver_that_solves_another_problem_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,9 +153,14 @@ def test_a_saddle_has_a_displacement_along_which_the_energy_falls() -> None:
     wall = c.LennardJonesSpline(adhesion_length=0.05)
     gap = np.full(grid.shape, 1.0 + 0.7 * wall.range)
     problem = ContactProblem(grid, wall, 1e-3 * np.cos(np.arange(40.0))[:, None] * np.ones(36), c.HalfSpace())
-    assert check_state(problem, gap, rounded=False).curvature < 0
-    far = check_state(problem, gap + 10.0, rounded=False)
-    assert far.curvature > 0
+    lowest = check_state(problem, gap, rounded=False).lowest
+    assert lowest is not None
+    # The heights do not act on it: K of the longest wave, and the softening of the law there.
+    softening = float(wall.evaluate(gap[:1]).stiffness[0, 0])
+    assert lowest.value == pytest.approx(np.pi / 40 + softening, abs=1e-6)
+    far = check_state(problem, gap + 10.0, rounded=False).lowest
+    assert far is not None
+    assert far.value == pytest.approx(np.pi / 40, abs=1e-6)
 
 
 def test_the_command_certifies_a_sample_of_a_sweep(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -109,4 +176,13 @@ def test_the_command_certifies_a_sample_of_a_sweep(tmp_path: Path, capsys: pytes
     path = forged(stored(tmp_path), "load", lambda values: 2 * values)
     assert main(["certify", str(path)]) == 1
     assert "is stored" in capsys.readouterr().err
+
+    first = min(root.rglob("*.h5"))
+    file = store.read_datasets(first, "stickiness/continuum-run", 3)
+    store.write(first, file.datasets, {**file.attributes, "finished": False})
+    found = c.certify(root, sample=3)
+    assert not found.ok
+    (refused,) = found.refused
+    assert str(first) in refused
+    assert len({point.path for point in found.points}) == 2
     assert main(["certify", str(tmp_path / "nothing.h5")]) == 2
