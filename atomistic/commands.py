@@ -108,7 +108,8 @@ def read(
     code = _show(run, compare=compare)
     if certify:
         found = run.certify()
-        show(found.sheet())
+        for sheet in found.sheets():
+            show(sheet)
         warn(found.faults)
         code = code if found.ok else NOT_CONVERGED
     with written_as(format):

@@ -5,73 +5,47 @@ the crystal come from a new LAMMPS without wall at the final positions; all sums
 """
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
 
 from atomistic.lammps.earlier import finished_steps
 from atomistic.lammps.result import DeckError, DeckResult, read_result
 from atomistic.lammps.session import Session
 from atomistic.relax.deckrun import DeckRun
+from continuum.measure.certificate import Check, Looked
 from continuum.measure.contact import ATTRACTED, REPULSIVE, contact_map
+from continuum.model.eigenvalue import Lowest, lowest_eigenvalue
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
+from continuum.show.checks import quantities
 from continuum.show.sheet import Column, Sheet
 
 ENOUGH = 1.5
 """Factor by which the largest force may exceed tolerance and rounding, as sums have another order."""
 STEP = 1e-5
-"""Root-mean-square of the random displacements along which the energy is tested, in a0."""
-DIRECTIONS = 4
+"""Root-mean-square of the displacements along which forces are differentiated, in a0."""
+RESOLVED = 0.05
+"""Residual of the eigenvector at which to stop, relative to the stiffness of the softest wave of the slab."""
 _STIFFEST = 10.0
 """Largest derivative of a force by a displacement, in E* a0, which gives the error by rounded positions."""
+_LAST = 1e-12
+"""Relative difference of numbers that are the same but for their last digits, which other sums change."""
 
 
 @dataclass(frozen=True)
-class StepCertificate:
-    """An equilibrium of a deck with its independent evaluation."""
+class StepCertificate(Looked):
+    """An equilibrium of a deck with what was looked at; nothing of a step that is no equilibrium by what is stored.
+
+    Left out are numbers of the result, and "curvature" where the eigenvalue is within its error of zero.
+    """
 
     stored: DeckResult
-    load: float
-    """Mean traction of the wall's law at the gaps of the atoms, in E*."""
-    area_rep: float
-    area_att: float
-    residual: float
-    """Largest force on a mobile atom, in E* a0²."""
-    law_error: float
-    """Largest difference of the deck's formulas from the law, in E*."""
-    rounding: float
-    """Force due to the rounding of positions, in E* a0²."""
-    curvature: float
-    """Smallest second derivative of the energy along random displacements, in E* a0."""
-
-    @property
-    def allowed(self) -> float:
-        """Largest force allowed, in E* a0²."""
-        return ENOUGH * (self.stored.tolerance + self.law_error + self.rounding)
-
-    @property
-    def stored_load(self) -> float:
-        """N/A0 stored by LAMMPS, in E*."""
-        return self.stored.force / self.stored.gap.size
-
-    @property
-    def faults(self) -> tuple[str, ...]:
-        """Disagreements, in words; empty if all numbers agree."""
-        found, faults = self.stored, []
-        if not self.residual <= self.allowed:
-            faults.append(f"the largest force is {self.residual:.2e} E* a0², above {self.allowed:.2e} E* a0²")
-        for name in ("area_rep", "area_att"):
-            here, there = getattr(self, name), getattr(found, name)
-            if abs(here - there) > 1e-9:
-                faults.append(f"{name}/A0 is {here:.6g}, and {there:.6g} is stored")
-        if not abs(self.load - self.stored_load) <= self.allowed:
-            faults.append(f"N/A0 is {self.load:.6e} E*, and {self.stored_load:.6e} E* is stored")
-        if not self.curvature > 0:
-            faults.append("the energy decreases along a displacement, so that this is a saddle point")
-        return tuple(faults)
 
 
 @dataclass(frozen=True)
@@ -80,34 +54,44 @@ class DeckCertificate:
 
     directory: Path
     steps: tuple[StepCertificate, ...]
-    """Its equilibria; other steps are left out."""
+    """Its equilibria."""
+    unconverged: tuple[str, ...] = ()
+    """Steps that are no equilibria by what is stored, and were not looked at."""
 
     @property
     def faults(self) -> tuple[str, ...]:
         """Disagreements with their steps; empty if all agree."""
+        if not self.steps:
+            return (f"{self.directory}: nothing was looked at: no step is an equilibrium",)
         return tuple(f"{self.directory}, step {one.stored.step}: {fault}" for one in self.steps for fault in one.faults)
 
     @property
     def ok(self) -> bool:
-        """Whether all equilibria are sound."""
+        """Whether something was looked at, and all of it is sound."""
         return not self.faults
 
     def _repr_html_(self) -> str:
-        return self.sheet()._repr_html_()
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+    def sheets(self) -> list[Sheet]:
+        """One row for each equilibrium, and one for each quantity."""
+        return [self.sheet(), quantities(self.steps)]
 
     def sheet(self) -> Sheet:
         """One row for each equilibrium."""
         columns = (
-            Column("step"), Column("A_rep/A0"), Column("off", "", ".1e"), Column("N/A0", "E*", ".4e"),
-            Column("off", "E*", ".1e"), Column("largest force", "E* a0²", ".2e"), Column("allowed", "E* a0²", ".1e"),
-            Column("curvature", "E* a0", ".3g"), Column(""),
+            Column("step"), Column("A_rep/A0"), Column("N/A0", "E*", ".4e"), Column("largest force", "E* a0²", ".2e"),
+            Column("lowest eigenvalue", "E* a0", ".3g"), Column("checks"), Column(""),
         )  # fmt: skip
         rows = [
-            (one.stored.step, one.stored.area_rep, one.area_rep - one.stored.area_rep, one.stored_load,
-             one.load - one.stored_load, one.residual, one.allowed, one.curvature, "; ".join(one.faults) or "sound")
+            (one.stored.step, one.stored.area_rep, one.stored.force / one.stored.gap.size,
+             one.found_of("largest force"), one.found_of("curvature"), len(one.checks),
+             "; ".join(one.faults) or "sound")
             for one in self.steps
         ]  # fmt: skip
-        return Sheet.of(f"{len(rows)} equilibria of atoms, checked independently of the run", columns, rows)
+        steps = len(self.steps) + len(self.unconverged)
+        title = f"{len(rows)} of {steps} equilibria of atoms, checked independently of the run"
+        return Sheet.of(title, columns, rows, "\n".join(f"not looked at: {one}" for one in self.unconverged))
 
 
 def certify_deck(run: DeckRun) -> DeckCertificate:
@@ -116,7 +100,7 @@ def certify_deck(run: DeckRun) -> DeckCertificate:
     Raises DeckError if it has windows of a motion, or its wall is not a function of the lattice site; LammpsError if
     LAMMPS cannot be loaded, or cannot read the slab.
     """
-    directory, steps = run.directory, []
+    directory, steps, unconverged = run.directory, list[StepCertificate](), list[str]()
     # What a deck says of its formulas.
     table = (directory / "wall.table").read_text(encoding="utf-8")
     said = re.search(r"differ from the law by at most (\S+) E\*", table)
@@ -133,35 +117,70 @@ def certify_deck(run: DeckRun) -> DeckCertificate:
                     f"{directory}: its wall follows the atoms; only walls of lattice sites can be certified"
                 )
             if found.status.ok:
-                steps.append(_certified(crystal, run.wall, found, law_error, seed=step))
-    return DeckCertificate(directory, tuple(steps))
+                steps.append(_certified(crystal, run.wall, found, law_error))
+            else:
+                unconverged.append(f"step {step}: {found.status.value}")
+    return DeckCertificate(directory, tuple(steps), tuple(unconverged))
 
 
-def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float, seed: int) -> StepCertificate:
+def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float) -> StepCertificate:
+    at, mobile = found.displacements, found.slab.mobile
+
     def forces(displacements: Real) -> Real:
         """On the mobile atoms, of crystal and wall, in E* a0²."""
-        acting = crystal.evaluate(displacements)[1][: found.slab.mobile]
+        acting = crystal.evaluate(displacements)[1][:mobile]
         acting[0, ..., 2] -= wall.evaluate(_gap(found, displacements)).traction
         return acting
 
-    at = found.displacements
-    gap = _gap(found, at)
-    kinds = contact_map(wall, gap)
-    curvatures = []
-    for along in _directions(found, seed):
-        change = forces(at + STEP * along) - forces(at - STEP * along)
-        moved = along[: found.slab.mobile]
-        curvatures.append(-float(np.sum(change * moved)) / (2 * STEP * float(np.sum(moved**2))))
-    return StepCertificate(
-        found,
-        float(wall.evaluate(gap).traction.mean()),
-        float(np.mean(kinds == REPULSIVE)),
-        float(np.mean(kinds == ATTRACTED)),
-        float(np.sqrt((forces(at) ** 2).sum(axis=-1)).max()),
-        law_error,
-        _STIFFEST * float(np.finfo(float).eps) * max(found.slab.grid.lengths),
-        min(curvatures),
-    )
+    def hessian(along: Real) -> Real:
+        change = np.zeros_like(at)
+        change[:mobile] = STEP / np.sqrt(np.mean(along**2)) * along
+        return (forces(at - change) - forces(at + change)) * (np.sqrt(np.mean(along**2)) / (2 * STEP))
+
+    largest = float(np.sqrt((forces(at) ** 2).sum(axis=-1)).max())
+    lowest = _lowest(found, np.maximum(-wall.evaluate(_gap(found, at)).stiffness, 0.0), hessian)
+    checks = [*_of_the_wall(wall, found, law_error), _of_the_force(found, largest, law_error)]
+    if not abs(lowest.eigenvalue) <= lowest.error:
+        checks.append(Check("curvature", 0.0, lowest.eigenvalue, max(-lowest.eigenvalue, 0.0), 0.0))
+    names = {one.name for one in fields(DeckResult) if one.metadata} | {"curvature"}
+    left_out = tuple(sorted(names - {check.quantity for check in checks}))
+    return StepCertificate(found, checks=tuple(checks), left_out=left_out)
+
+
+def _rounding(found: DeckResult) -> float:
+    """Rounding of positions, in a0."""
+    return float(np.finfo(float).eps) * max(found.slab.grid.lengths)
+
+
+def _of_the_force(found: DeckResult, largest: float, law_error: float) -> Check:
+    """The largest force on a mobile atom, in E* a0²."""
+    allowed = ENOUGH * (found.tolerance + law_error + _STIFFEST * _rounding(found))
+    return Check("largest force", found.largest_force, largest, largest, allowed)
+
+
+def _of_the_wall(wall: Wall, found: DeckResult, law_error: float) -> Iterator[Check]:
+    """What follows from the gap of each atom and the law, with the error of the deck's formulas and of rounding."""
+    gap = _gap(found, found.displacements)
+    here, kinds, moved = wall.evaluate(gap), contact_map(wall, gap), ENOUGH * _rounding(found)
+    off = law_error + moved * float(np.abs(here.stiffness).max()) + _LAST
+    apart = float(np.abs(found.gap - gap).max())
+    yield Check("gap of an atom", float(found.gap.mean()), float(gap.mean()), apart, moved + _LAST)
+    differ = float(np.abs(found.traction - here.traction).max())
+    yield Check("traction on an atom", float(found.traction.max()), float(here.traction.max()), differ, off)
+    numbers = {
+        "force": (float(here.traction.sum()), off * gap.size),
+        # A law with an error of its traction has one of its energy of that over its range.
+        "wall_energy": (float(here.energy.sum()), off * gap.size * (1 + wall.range)),
+        "smallest_gap": (float(gap.min()), moved + _LAST),
+        "area_rep": (float(np.mean(kinds == REPULSIVE)), _LAST),
+        "area_att": (float(np.mean(kinds == ATTRACTED)), _LAST),
+        "lateral_x": (0.0, 0.0),  # of a wall of the sites
+        "lateral_y": (0.0, 0.0),
+        "core": (wall.core, _LAST),
+    }
+    for name, (value, allowed) in numbers.items():
+        stored = float(getattr(found, name))
+        yield Check(name, stored, value, abs(value - stored), allowed)
 
 
 def _gap(found: DeckResult, displacements: Real) -> Real:
@@ -169,15 +188,29 @@ def _gap(found: DeckResult, displacements: Real) -> Real:
     return np.asarray(found.separation + found.heights - displacements[0, ..., 2])
 
 
-def _directions(found: DeckResult, seed: int) -> Iterator[Real]:
-    """Random displacements of unit root-mean-square, from rough to smooth, zero in the frozen base."""
-    rng, slab = np.random.default_rng(seed), found.slab
-    q = np.hypot(*np.meshgrid(*(np.fft.fftfreq(n) for n in slab.shape), indexing="ij"))
-    q[0, 0] = q[q > 0].min()
-    depth = np.linspace(1.0, 0.0, slab.mobile, endpoint=False)[:, None, None, None]
-    for power in np.linspace(0.0, 2.0, DIRECTIONS):
-        noise = rng.normal(size=found.displacements.shape)
-        smooth = np.fft.ifft2(np.fft.fft2(noise, axes=(1, 2)) * (q**-power)[None, :, :, None], axes=(1, 2)).real
-        smooth[: slab.mobile] *= depth
-        smooth[slab.mobile :] = 0.0
-        yield smooth / np.sqrt(np.mean(smooth[: slab.mobile] ** 2))
+def _lowest(found: DeckResult, softening: Real, hessian: Callable[[Real], Real]) -> Lowest:
+    """Lowest eigenvalue of the Hessian, in E* a0, begun where the wall softens.
+
+    Preconditioned by the inverse of a scalar lattice that is free above and held below, as the slab is: white noise
+    from layer to layer sees the stiff bonds only.
+    """
+    layers, shape = found.slab.mobile, found.slab.shape
+    along = np.add.outer(*(_waves(np.fft.fftfreq(n)) for n in shape))
+    down = 2 * _waves((np.arange(layers) + 0.5) / (2 * layers))  # layers are a0/sqrt(2) apart
+    stiffness = (along + down[:, None, None])[..., None]
+    shift = float(softening.max()) + float(down[0])
+
+    def smooth(v: Real) -> Real:
+        spectrum = fft.fft2(fft.dct(v, type=4, axis=0, norm="ortho"), axes=(1, 2)) / (stiffness + shift)
+        smoothed: Real = fft.dct(fft.ifft2(spectrum, axes=(1, 2)).real, type=4, axis=0, norm="ortho")
+        return smoothed
+
+    # Some of all directions, so that none is missed by symmetry.
+    start = 0.05 * np.random.default_rng(1).normal(size=(layers, *shape, 3))
+    start[0, ..., 2] += layers * (softening / (softening.max() or 1.0) + 0.1)
+    return lowest_eigenvalue(hessian, smooth(start)[None], RESOLVED * float(down[0]), smooth)
+
+
+def _waves(frequency: NDArray[np.floating[Any]]) -> Real:
+    """(2 sin πf)², the stiffness of a chain of unit springs."""
+    return np.asarray((2 * np.sin(np.pi * frequency)) ** 2)

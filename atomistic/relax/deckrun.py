@@ -270,7 +270,8 @@ class DeckRun:
         """Check its equilibria and their numbers independently of the run.
 
         The wall is the law at the heights of the deck, not formulas of LAMMPS; the forces of the crystal come from a
-        new LAMMPS without wall at the final positions.  The energy is tested along random displacements.
+        new LAMMPS without wall at the final positions.  The lowest eigenvalue of the Hessian tells a minimum from a
+        saddle.
 
         Raises
         ------

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import chain, groupby
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ from continuum.arguments import count, file_name, function
 from continuum.errors import StickinessError
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
-from continuum.measure.certificate import NO_TRACTION, Check, Found, StateCheck, check_state
+from continuum.measure.certificate import NO_TRACTION, Check, Found, Looked, StateCheck, check_state
 from continuum.measure.contact import ATTRACTED
 from continuum.measure.outline import Mask
 from continuum.model.fourier import Real
@@ -23,6 +22,7 @@ from continuum.runs.build import RunSetup, build
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.runs.run import states_of
+from continuum.show.checks import quantities
 from continuum.show.sheet import Column, Sheet
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import systems_of
@@ -35,27 +35,17 @@ EXACT = 1e-12
 
 
 @dataclass(frozen=True)
-class PointCertificate:
-    """One point of a stored run, and what was looked at."""
+class PointCertificate(Looked):
+    """One point of a stored run, with what was looked at: nothing of a point that is no equilibrium by what is stored.
+
+    Left out are datasets of the file, by group, and "curvature" where the eigenvalue is within its error of zero.
+    """
 
     path: Path
     step: int
     point: Point
-    checks: tuple[Check, ...] = ()
-    """What was looked at; nothing of a point that is no equilibrium by what is stored."""
-    left_out: tuple[str, ...] = ()
-    """What was not: datasets of the file, by group, and "curvature" where the eigenvalue is within its error of 0."""
     again: bool = False
     """Whether the state was computed again, as it was not stored."""
-
-    @property
-    def faults(self) -> tuple[str, ...]:
-        """Disagreements, in words; empty if all numbers agree."""
-        return tuple(check.fault for check in self.checks if not check.ok)
-
-    def found_of(self, quantity: str) -> float | None:
-        """What was found of a quantity; None if it was not looked at."""
-        return next((check.found for check in self.checks if check.quantity == quantity), None)
 
 
 @dataclass(frozen=True)
@@ -84,17 +74,12 @@ class Certificate:
         """Whether something was looked at, and all of it is sound."""
         return not self.faults
 
-    @property
-    def left_out(self) -> tuple[str, ...]:
-        """What was not looked at in some point."""
-        return tuple(dict.fromkeys(name for one in self.points for name in one.left_out))
-
     def _repr_html_(self) -> str:
         return "".join(sheet._repr_html_() for sheet in self.sheets())
 
     def sheets(self) -> list[Sheet]:
         """One row for each point, and one for each quantity."""
-        return [self.sheet(), self.quantities()]
+        return [self.sheet(), quantities(self.points)]
 
     def sheet(self) -> Sheet:
         """One row for each point."""
@@ -114,22 +99,6 @@ class Certificate:
         )
         notes = [f"not looked at: {one}" for one in self.unconverged]
         return Sheet.of(title, columns, rows, "\n".join(notes))
-
-    def quantities(self) -> Sheet:
-        """What was looked at, in how many points, and the point in which it is off by most of what is allowed."""
-        columns = (
-            Column("quantity"), Column("points"), Column("worst: stored", "", ".6g"), Column("found", "", ".6g"),
-            Column("off", "", ".1e"), Column("allowed", "", ".1e"), Column(""),
-        )  # fmt: skip
-        checks = sorted(chain.from_iterable(one.checks for one in self.points), key=lambda check: check.quantity)
-        rows = []
-        for quantity, group in groupby(checks, key=lambda check: check.quantity):
-            every = list(group)
-            # What fails comes first, NaN too.
-            worst = max(every, key=lambda check: (not check.ok, check.off / check.allowed if check.allowed else 0.0))
-            rows.append((quantity, len(every), *worst[1:], "sound" if worst.ok else "FAILS"))
-        note = f"Not looked at: {', '.join(self.left_out)}." if self.left_out else ""
-        return Sheet.of("What was looked at, in a0 and E*", columns, rows, note)
 
 
 def certify(
@@ -230,7 +199,8 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
         allowed = ENOUGH * (system.settings.tolerance + found.rounding)
         checks = tuple(_checks(problem, point, aim, maps, found, allowed))
         looked_at = {check.quantity for check in checks} | ({"gap"} if stored else set())
-        yield PointCertificate(path, step, point, checks, tuple(sorted(names - looked_at)), not stored)
+        left_out = tuple(sorted(names - looked_at))
+        yield PointCertificate(path, step, point, not stored, checks=checks, left_out=left_out)
 
 
 class _Aim(NamedTuple):

@@ -54,6 +54,23 @@ class Check(NamedTuple):
         )
 
 
+@dataclass(frozen=True, kw_only=True)
+class Looked:
+    """What was looked at in one state, and what was not."""
+
+    checks: tuple[Check, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Disagreements, in words; empty if all numbers agree."""
+        return tuple(check.fault for check in self.checks if not check.ok)
+
+    def found_of(self, quantity: str) -> float | None:
+        """What was found of a quantity; None if it was not looked at."""
+        return next((check.found for check in self.checks if check.quantity == quantity), None)
+
+
 class Found(NamedTuple):
     """A number of a state, and its largest error by the rounding of the gaps to single precision."""
 
