@@ -18,7 +18,7 @@ from atomistic.lammps.earlier import finished_steps
 from atomistic.lammps.result import DeckError, DeckResult, read_result
 from atomistic.lammps.session import Session
 from atomistic.relax.deckrun import DeckRun
-from continuum.measure.certificate import Check, Looked
+from continuum.measure.certificate import Check, Looked, minimum
 from continuum.measure.contact import ATTRACTED, REPULSIVE, contact_map
 from continuum.model.eigenvalue import Lowest, lowest_eigenvalue
 from continuum.model.fourier import Real
@@ -141,7 +141,7 @@ def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float
     lowest = _lowest(found, np.maximum(-wall.evaluate(_gap(found, at)).stiffness, 0.0), hessian)
     checks = [*_of_the_wall(wall, found, law_error), _of_the_force(found, largest, law_error)]
     if not abs(lowest.eigenvalue) <= lowest.error:
-        checks.append(Check("curvature", 0.0, lowest.eigenvalue, max(-lowest.eigenvalue, 0.0), 0.0))
+        checks.append(minimum(lowest.eigenvalue))
     names = {one.name for one in fields(DeckResult) if one.metadata} | {"curvature"}
     left_out = tuple(sorted(names - {check.quantity for check in checks}))
     return StepCertificate(found, checks=tuple(checks), left_out=left_out)

@@ -11,7 +11,7 @@ from continuum.arguments import count, file_name, function
 from continuum.errors import StickinessError
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
-from continuum.measure.certificate import NO_TRACTION, Check, Found, Looked, StateCheck, check_state
+from continuum.measure.certificate import NO_TRACTION, Check, Found, Looked, StateCheck, check_state, minimum
 from continuum.measure.contact import ATTRACTED
 from continuum.measure.outline import Mask
 from continuum.model.fourier import Real
@@ -231,7 +231,7 @@ def _checks(
         yield Check(name, float(maps[name].mean()), float(where.mean()), differ, 0.0)
     yield Check("residual of the gap", 0.0, found.residual, found.residual, allowed)
     if found.lowest is not None and not abs(found.lowest.value) <= found.lowest.error:
-        yield Check("curvature", 0.0, found.lowest.value, max(-found.lowest.value, 0.0), 0.0)
+        yield minimum(found.lowest.value)
     yield Check("target", point.target, aim.target, abs(point.target - aim.target), EXACT * abs(aim.target))
     yield from _at_its_target(aim, numbers, problem.grid.size, allowed)
 

@@ -39,6 +39,8 @@ class Check(NamedTuple):
     off: float
     """Their difference; of a map, the part of the points that differ."""
     allowed: float
+    meaning: str = ""
+    """What it means that they are too far apart, where that is not plain."""
 
     @property
     def ok(self) -> bool:
@@ -50,8 +52,14 @@ class Check(NamedTuple):
         """The disagreement in words."""
         return (
             f"{self.quantity} is {self.found:.7g}, and {self.stored:.7g} is stored or asked for: "
-            f"off by {self.off:.2e}, where {self.allowed:.2e} is allowed"
+            f"off by {self.off:.2e}, where {self.allowed:.2e} is allowed{self.meaning and ': '}{self.meaning}"
         )
+
+
+def minimum(lowest: float) -> Check:
+    """That the lowest eigenvalue of a Hessian is not negative."""
+    saddle = "the energy falls along a displacement, so that this is a saddle point"
+    return Check("curvature", 0.0, lowest, max(-lowest, 0.0), 0.0, saddle)
 
 
 @dataclass(frozen=True, kw_only=True)

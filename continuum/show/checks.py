@@ -20,7 +20,7 @@ def quantities(points: Iterable[Looked]) -> Sheet:
         every = list(group)
         # What fails comes first, NaN too.
         worst = max(every, key=lambda check: (not check.ok, check.off / check.allowed if check.allowed else 0.0))
-        rows.append((quantity, len(every), *worst[1:], "sound" if worst.ok else "FAILS"))
+        rows.append((quantity, len(every), *worst[1:5], "sound" if worst.ok else "FAILS"))
     left_out = dict.fromkeys(name for one in looked for name in one.left_out)
     note = f"Not looked at: {', '.join(left_out)}." if left_out else ""
     return Sheet.of("What was looked at, in a0 and E*", columns, rows, note)

@@ -123,6 +123,7 @@ def test_the_saddle_of_a_flat_wall_is_told(tmp_path: Path) -> None:
     found = a.read(tmp_path).certify()
     (fault,) = found.faults
     assert "curvature is -0.0" in fault
+    assert "saddle point" in fault
     assert found.steps[0].stored.mean_gap == pytest.approx(1.465, abs=1e-6)
 
 
