@@ -24,9 +24,9 @@ figure-s3, a further figure, `verdicts`, `page` (all of these) or `dispute` (mea
     "analyse": "measure the stored points of runs: patches, perimeter, κ, gap profile, pull-off",
     "certify": """check stored states against the equations, independently of the solver
 
-Residual, area, load and curvature of the energy are computed from heights and gap with other transforms, sums and \
-derivatives than the solver's, and compared with the stored numbers: for a run, or for a sample of the systems of a \
-sweep.  For a LAMMPS deck use `atomistic read DIR --certify`.""",
+Residual, curvature of the energy, areas and their maps, loads, energies, mean gap and separation are computed from \
+heights and gap with other transforms, sums and derivatives than the solver's, and compared with the stored numbers: \
+for a run, or for a sample of the systems of a sweep.  For a LAMMPS deck use `atomistic read DIR --certify`.""",
     "predict": """is my surface sticky? every criterion on a measured topography
 
 Roughness of a measured topography, or of two that face each other, the verdict of every criterion of stickiness \

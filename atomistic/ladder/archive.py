@@ -21,7 +21,7 @@ from continuum.files.store import Dataset
 from continuum.files.tables import identity, resolved
 from continuum.model.walls import LennardJonesSpline
 
-UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0", "pixel_margin": "a0"}
+UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0"}
 """Unit of each column of differences."""
 
 

@@ -203,19 +203,11 @@ class Difference(NamedTuple):
     """rms(p - p')/rms(p')."""
     pixels: int
     """Points whose contact differs: repulsive, attracted or out of range."""
-    pixel_margin: float
-    """Largest |gap' - edge| of those points, in a0, edge being the gap between the kinds; 0 if there are no such
-    points."""
 
 
 def compare(rung: Rung, reference: Rung, wall: Wall) -> Difference:
     """Difference of two states under the same wall, at equal separation or equal mean gap."""
     a, b = rung.totals, reference.totals
-    kinds, kinds_ref = kinds_of(rung, wall), kinds_of(reference, wall)
-    differ = kinds != kinds_ref
-    # Repulsive and attracted part at zero_gap, attracted and out of range at the cut-off.
-    edge = np.where(np.maximum(kinds, kinds_ref) == 2, wall.zero_gap, wall.zero_gap + wall.range)
-    margin = np.abs(reference.gap - edge)[differ]
     acts = b.load_rep + b.load_att > 0
     out_of_contact = np.inf if a.load_rep > 0 or not acts else np.nan
     pressure = np.mean((rung.traction - reference.traction) ** 2)
@@ -227,8 +219,7 @@ def compare(rung: Rung, reference: Rung, wall: Wall) -> Difference:
         # Equal separation or equal mean gap: in either case the heights cancel, and the difference is -(u - u').
         displacement=float(np.abs(rung.gap - reference.gap).max()),
         pressure=float(np.sqrt(pressure / np.mean(reference.traction**2))) if acts else np.inf,
-        pixels=int(np.count_nonzero(differ)),
-        pixel_margin=float(margin.max(initial=0.0)),
+        pixels=int(np.count_nonzero(kinds_of(rung, wall) != kinds_of(reference, wall))),
     )
 
 

@@ -50,7 +50,7 @@ class Validation:
 
     @property
     def holds(self) -> bool:
-        return all(verdict.holds for verdict in self.verdicts)
+        return bool(self.verdicts) and all(verdict.holds for verdict in self.verdicts)
 
     def budget(self) -> Sheet:
         """The error budget: the error of each step of the ladder."""

@@ -134,8 +134,10 @@ def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float
 
     def hessian(along: Real) -> Real:
         change = np.zeros_like(at)
-        change[:mobile] = STEP / np.sqrt(np.mean(along**2)) * along
-        return (forces(at - change) - forces(at + change)) * (np.sqrt(np.mean(along**2)) / (2 * STEP))
+        size = float(np.sqrt(np.mean(along**2)))
+        change[:mobile] = STEP / size * along
+        product: Real = (forces(at - change) - forces(at + change)) * (size / (2 * STEP))
+        return product
 
     largest = float(np.sqrt((forces(at) ** 2).sum(axis=-1)).max())
     lowest = _lowest(found, np.maximum(-wall.evaluate(_gap(found, at)).stiffness, 0.0), hessian)

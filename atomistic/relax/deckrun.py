@@ -237,8 +237,8 @@ class DeckRun:
 
     @property
     def converged(self) -> bool:
-        """Whether each finished step is an equilibrium, or an averaged window of a motion."""
-        return all(DeckStatus[step.status].ok for step in self.steps)
+        """Whether there are finished steps, and each is an equilibrium, or an averaged window of a motion."""
+        return bool(self.steps) and all(DeckStatus[step.status].ok for step in self.steps)
 
     @property
     def incomparable(self) -> str:

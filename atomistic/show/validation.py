@@ -18,7 +18,7 @@ from continuum.units import GPA_PER_EV_PER_A3
 
 
 def validation_sheets(validation: Validation) -> list[Sheet]:
-    """The tables of a validation that are not empty: error budget, its closure, scaling, jumps, verdicts."""
+    """The tables of a validation that are not empty: error budget, its signed parts, scaling, jumps, verdicts."""
     stored = validation.stored
     sheets = (budget_sheet(stored), _closed_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(validation))
     return [sheet for sheet in sheets if sheet.rows]
@@ -67,7 +67,7 @@ def budget_sheet(archive: Archive) -> Sheet:
 
 
 def _closed_sheet(archive: Archive) -> Sheet:
-    """Closure of the budget: signed parts at one area, their sum, and the remainder."""
+    """Signed parts of the budget at one area, and the total."""
 
     def text(mean: float, error: float) -> str:
         if not np.isfinite(mean):
@@ -76,20 +76,20 @@ def _closed_sheet(archive: Archive) -> Sheet:
 
     rows: list[tuple[Entry, ...]] = [
         (line.case, line.rms_slope, line.area, line.branch, f"{line.surfaces} of {line.of}",
-         *(text(*part) for part in line.parts.values()), line.unexplained)
+         *(text(*part) for part in line.parts.values()))
         for line in budget.closed(archive.columns, STEPS)
     ]  # fmt: skip
     heads = (
         Column("case"), Column("h'rms", "", "g"), Column("A_rep/A0", "", "g"), Column("branch"), Column("surfaces"),
-        *(Column(step) for step in STEPS), Column("unexplained", "%", ".2f"),
+        *(Column(step) for step in STEPS),
     )  # fmt: skip
     notes = (
         "Mean over the surfaces, and its standard error, in % of all that acts on the atoms, N_rep + N_att; positive "
         "where the coarser model carries more.  Every rung stands where as many points are repulsive as on the "
-        "lattice; a surface on which one of them jumps over that is left out.  unexplained: the total less the sum of "
-        "the parts, largest of the surfaces: zero but for rounding, since all parts are at one area."
+        "lattice; a surface on which one of them jumps over that is left out.  The parts add up to the total by "
+        "construction: that they do is no test."
     )
-    return Sheet.of("The budget closes: signed differences of the load at equal area", heads, rows, notes)
+    return Sheet.of("Signed parts of the budget: differences of the load at equal area", heads, rows, notes)
 
 
 def _scaling(archive: Archive) -> Sheet:

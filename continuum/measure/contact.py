@@ -126,7 +126,7 @@ def measure(grid: Grid, totals: Totals, repulsive: Mask, rms_slope: float) -> Me
     Raises ValueError if the map does not fit the grid, or the areas.
     """
     rim = outline(grid, repulsive)
-    if abs(rim.cells - totals.area_rep * grid.size) > 0.5:
+    if not abs(rim.cells - totals.area_rep * grid.size) <= 0.5:
         msg = f"the map has {rim.cells} cells, but A_rep/A0 = {totals.area_rep} is {totals.area_rep * grid.size:g}"
         raise ValueError(msg)
     hold = rms_slope * totals.area_rep

@@ -90,8 +90,8 @@ class Result:
 
     @property
     def converged(self) -> bool:
-        """Whether every point is an equilibrium at its target."""
-        return all(point.converged for point in self.points)
+        """Whether there are points, and each is an equilibrium at its target."""
+        return bool(self.points) and all(point.converged for point in self.points)
 
     @cached_property
     def grid(self) -> Grid:

@@ -133,7 +133,6 @@ def test_the_parts_of_the_budget_add_up_to_the_whole_in_every_state(columns: dic
     ]
     rungs, acts = columns["rung"].tolist(), (columns["load_rep"] + columns["load_att"])[-1]
     for line in lines:
-        assert line.unexplained < 1e-12
         *parts, total = (mean for mean, _ in line.parts.values())
         assert sum(parts) == pytest.approx(total, abs=1e-12)
         mine = (columns["case"] == line.case) & (columns["area"] == line.area) & (columns["branch"] == line.branch)
@@ -150,11 +149,7 @@ def test_the_parts_of_the_budget_add_up_to_the_whole_in_every_state(columns: dic
     assert np.abs(rest).min() > 1e-5
 
 
-def test_what_a_chain_leaves_out_is_unexplained(columns: dict[str, np.ndarray]) -> None:
-    broken = {step: pair for step, pair in STEPS.items() if step != "nonlinearity"}
-    for line, whole in zip(budget.closed(columns, broken), budget.closed(columns, STEPS), strict=True):
-        assert line.unexplained >= abs(whole.parts["nonlinearity"][0]) > 0.005
-    # A surface without the area on one rung is left out, and said to be.
+def test_a_surface_without_the_area_on_one_rung_is_left_out_and_said_to_be(columns: dict[str, np.ndarray]) -> None:
     one = dict(columns)
     one["load_at_area"] = columns["load_at_area"].copy()
     one["load_at_area"][1, 0] = np.nan

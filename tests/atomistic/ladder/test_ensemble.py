@@ -120,7 +120,7 @@ def test_the_ensemble_has_eight_surfaces_of_each_crystal_and_judges_a_case_witho
     columns = {
         "case": np.array(["plain"] * count), "rms_slope": slopes, "seed": np.array([1, 2]), "area": np.full(count, 0.1),
         "place": np.array(["area"] * count), "branch": np.array(["approach"] * count),
-        "largest_force": 1e-10 * slopes, "nonlinearity_pixel_margin": np.zeros(count),
+        "largest_force": 1e-10 * slopes,
         "nonlinearity_load": np.array([0.2, 1.0]) * slopes, "nonlinearity_displacement": 0.5 * slopes**2,
     }  # fmt: skip
     failed = [verdict for verdict in budget.bound_verdicts(config, columns) if not verdict.holds]
