@@ -18,7 +18,7 @@ from atomistic.lammps.earlier import finished_steps
 from atomistic.lammps.result import DeckError, DeckResult, read_result
 from atomistic.lammps.session import Session
 from atomistic.relax.deckrun import DeckRun
-from continuum.measure.certificate import Check, Looked, minimum
+from continuum.measure.certificate import Check, Examination, minimum
 from continuum.measure.contact import ATTRACTED, REPULSIVE, contact_map
 from continuum.model.eigenvalue import Lowest, lowest_eigenvalue
 from continuum.model.fourier import Real
@@ -39,7 +39,7 @@ _LAST = 1e-12
 
 
 @dataclass(frozen=True)
-class StepCertificate(Looked):
+class StepCertificate(Examination):
     """An equilibrium of a deck with what was looked at; nothing of a step that is no equilibrium by what is stored.
 
     Left out are numbers of the result, and "curvature" where the eigenvalue is within its error of zero.

@@ -255,7 +255,7 @@ def _attributes(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Attr
             yield from _attributes(group[name], f"{prefix}{name}/")
 
 
-def names(path: str | Path) -> tuple[str, ...]:
+def dataset_names(path: str | Path) -> tuple[str, ...]:
     """Names of the datasets of a file."""
     with opened(path) as file:
         return tuple(name for name, item in datasets_in(path, file) if not _only_dimension(item))

@@ -11,7 +11,7 @@ from continuum.arguments import count, file_name, function
 from continuum.errors import StickinessError
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
-from continuum.measure.certificate import NO_TRACTION, Check, Found, Looked, StateCheck, check_state, minimum
+from continuum.measure.certificate import NO_TRACTION, Check, Examination, Found, StateCheck, check_state, minimum
 from continuum.measure.contact import ATTRACTED
 from continuum.measure.outline import Mask
 from continuum.model.fourier import Real
@@ -35,7 +35,7 @@ EXACT = 1e-12
 
 
 @dataclass(frozen=True)
-class PointCertificate(Looked):
+class PointCertificate(Examination):
     """One point of a stored run, with what was looked at: nothing of a point that is no equilibrium by what is stored.
 
     Left out are datasets of the file, by group, and "curvature" where the eigenvalue is within its error of zero.
@@ -181,7 +181,7 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
         raise StoreError(f"{path}: cannot be certified: {NO_TRACTION}")
     # The heights of an intermediate imprint are not stored.
     stored = result.gap(0) is not None and np.isinf(system.problem.wall.hardness)
-    names = {name.partition("/")[0] for name in store.names(path)}
+    names = {name.partition("/")[0] for name in store.dataset_names(path)}
     if system.problem.wall.law is not None:  # else the energy is convex
         names.add("curvature")
     wanted = [_Aim(control, target, search) for control, given, search in loading.stretches for target in given]

@@ -63,7 +63,7 @@ def minimum(lowest: float) -> Check:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Looked:
+class Examination:
     """What was looked at in one state, and what was not."""
 
     checks: tuple[Check, ...] = ()

@@ -55,7 +55,7 @@ def lowest_eigenvalue(
 
         return LinearOperator((size, size), matvec=on_vector, dtype=np.float64)
 
-    def counted(field: Real) -> Real:
+    def one_more(field: Real) -> Real:
         nonlocal products
         products += 1
         return hessian(field)
@@ -63,11 +63,11 @@ def lowest_eigenvalue(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that it stopped at the last iteration is in the error
         values, vectors = lobpcg(
-            operator(counted), start.reshape(len(start), size).T.copy(), M=None if smooth is None else operator(smooth),
+            operator(one_more), start.reshape(len(start), size).T.copy(), M=smooth and operator(smooth),
             largest=False, maxiter=iterations, tol=accuracy,
         )  # fmt: skip
     mode = np.asarray(vectors[:, int(np.argmin(values))], dtype=np.float64).reshape(shape)
     mode *= np.sqrt(size) / np.linalg.norm(mode)
-    image = counted(mode)
+    image = one_more(mode)
     value = float(np.mean(mode * image))
     return Lowest(value, float(np.sqrt(np.mean((image - value * mode) ** 2))), mode, products)

@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 from itertools import groupby
 
-from continuum.measure.certificate import Looked
+from continuum.measure.certificate import Examination
 from continuum.show.sheet import Column, Sheet
 
 
-def quantities(points: Iterable[Looked]) -> Sheet:
+def quantities(points: Iterable[Examination]) -> Sheet:
     """What was looked at, in how many points, and the point in which it is off by most of what is allowed."""
     looked = list(points)
     columns = (

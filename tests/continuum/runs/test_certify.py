@@ -102,7 +102,7 @@ def test_whatever_number_of_a_point_is_changed_is_told_or_listed_as_not_looked_a
     assert sound.ok, sound.faults
     assert len(sound.points) == len(seen) == 1
     looked_at = {check.quantity for check in sound.points[0].checks}
-    groups = {name.partition("/")[0] for name in store.names(path)}
+    groups = {name.partition("/")[0] for name in store.dataset_names(path)}
     assert groups <= looked_at | {"gap"} | set(sound.points[0].left_out)
     totals = {one.name for one in fields(Totals)} | {"mean_gap", "elastic_energy", "repulsive", "attracted", "target"}
     assert totals <= looked_at
