@@ -83,6 +83,8 @@ def deck(
         made = front.deck(file, progress=lambda done, total: bar(total)(done, ""))
     directory = made.write(output or Path("decks") / Path(file).stem, force=force)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
+    if made.crystal is not None:
+        print(f"wall     {made.crystal.about}")
     if run:
         steps = 1 if made.protocol is None else made.protocol.steps
         with progress(steps, f"deck {directory.name}") as tell:

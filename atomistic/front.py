@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from atomistic.config.crystal import DEEPEST, SHALLOWEST, ElasticConfig
-from atomistic.config.deck import MOST_STEPS, DeckConfig, steps_of
+from atomistic.config.deck import MOST_STEPS, DeckConfig, crystal_of, steps_of
 from atomistic.config.motion import LARGEST_PRESSURE, Steps
 from atomistic.config.quantities import in_both
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.interatomic import Springs
 from atomistic.crystal.model import ContactModulus, Model, Potential, check_potential
+from atomistic.lammps.crystal_wall import OWN
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
@@ -119,8 +120,11 @@ def check(file: str | Path) -> Sheet:
         cost, kind = cost_of_validation(load(file, ValidateConfig)), "atomistic validate"
     elif "wall" in tables or "surface" in tables:
         config = deck_input(file)
-        model = parts_of(config).model
+        parts = parts_of(config)
+        model = parts.model
         both = list(in_both(tables, deck_units(config, model), model.real_units))
+        if parts.crystal is not None:
+            both.append(("wall of atoms", parts.crystal.about))
         cost, kind = cost_of_deck(config), "atomistic deck"
     else:
         load(file, ElasticConfig)
@@ -148,6 +152,7 @@ def deck(
     depth: float | None = None,
     follows: Literal["site", "atom"] | Shape | None = None,
     wall_force: WallForce | None = None,
+    wall_crystal: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Deck:
     """A LAMMPS deck from a contact, or from an input file, which has all other settings.
@@ -166,8 +171,9 @@ def deck(
         its position ("atom"), which also gives a lateral force.  Between the sites the heights are the sum of their
         waves if these are few, else a bicubic spline; or pass a shape with a formula, which must have these heights.
     wall_force : how the wall acts: by formulas of LAMMPS (default), by a plugin that a C++ compiler builds for the
-        installed LAMMPS when the deck is written, or by "atoms" of a rigid crystal, cut along heights that follow
-        "atom", with a pair law of the work of adhesion of the contact's law.
+        installed LAMMPS when the deck is written, or by "atoms" of a rigid crystal along heights that follow "atom",
+        with a pair law of the work of adhesion of the contact's law.
+    wall_crystal : the table [wall_crystal] of an input, for a wall of atoms: ``{"form": "bent", "rows": (17, 0)}``.
     progress : called while a crystal is measured at a temperature, which takes about a minute, with the number of
         finished runs and of all; not called if the result is on disk.
 
@@ -182,7 +188,8 @@ def deck(
     function("progress", progress)
     steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
     if isinstance(contact, str | os.PathLike | DeckConfig):
-        others = {"model": model, **steps, "depth": depth, "follows": follows, "wall_force": wall_force}
+        others = {"model": model, **steps, "depth": depth, "follows": follows, "wall_force": wall_force,
+                  "wall_crystal": wall_crystal}  # fmt: skip
         if names := [name for name, value in others.items() if value is not None]:
             said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
             file = f"the input file {str(contact)!r}" if isinstance(contact, str | os.PathLike) else "an input"
@@ -203,9 +210,14 @@ def deck(
         shape = check_shape("follows", follows)
     if wall_force is not None:
         choice("wall_force", wall_force, get_args(WallForce))
+    crystal = OWN
+    if wall_crystal is not None:
+        if not isinstance(wall_crystal, Mapping) or wall_force != "atoms":
+            raise ArgumentError("wall_crystal", wall_crystal, 'a table, as {"form": "bent"}, with wall_force="atoms"')
+        crystal = crystal_of(wall_crystal)
     model = model or Springs()
     done = _steps(**steps_in_units(steps, model, progress))
-    return deck_of(parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas"), progress)
+    return deck_of(parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas", crystal), progress)
 
 
 def _steps(**given: Any) -> Steps:

@@ -9,8 +9,9 @@ from pydantic import Field
 
 from atomistic.config.crystal import DeckSolverTable, Interatomic, SlabTable
 from atomistic.config.motion import ProtocolTable, Steps, beyond_strength
+from atomistic.lammps.crystal_wall import OWN, WallCrystal
 from continuum.files import kinds as kinds  # defines the tables that an input knows
-from continuum.files.inputs import parsed
+from continuum.files.inputs import parsed, source_of
 from continuum.files.tables import Document
 from continuum.files.toml import Source
 from continuum.model.surfaces import SurfaceTable
@@ -124,6 +125,13 @@ class _ProtocolOnly(Document):
     """the protocol"""
 
 
+class _CrystalOnly(Document):
+    """The table [wall_crystal] alone."""
+
+    wall_crystal: WallCrystal
+    """the crystal of a wall of atoms"""
+
+
 def steps_of(protocol: Mapping[str, Any]) -> Steps:
     """The steps of a table [protocol]; its numbers may be NumPy's.
 
@@ -132,6 +140,14 @@ def steps_of(protocol: Mapping[str, Any]) -> Steps:
     plain = {name: v.tolist() if isinstance(v, np.ndarray | np.generic) else v for name, v in protocol.items()}
     source = Source(Path("protocol"), "", {"protocol": plain}, {})
     return parsed(source, _ProtocolOnly).protocol.steps()
+
+
+def crystal_of(given: Mapping[str, Any]) -> WallCrystal:
+    """The crystal of a table [wall_crystal]; its numbers may be NumPy's.
+
+    Raises ConfigError with all faults of the table.
+    """
+    return parsed(source_of({"wall_crystal": given}, "wall_crystal"), _CrystalOnly).wall_crystal
 
 
 class DeckConfig(Document):
@@ -149,7 +165,9 @@ class DeckConfig(Document):
     position ("atom"), which also gives a lateral force"""
     wall_force: Literal["formulas", "plugin", "atoms"] = "formulas"
     """how the wall acts: by formulas of LAMMPS, by a faster plugin that a C++ compiler builds here, or by the atoms of
-    a rigid crystal, cut along the heights, with a pair law of the same work of adhesion"""
+    a rigid crystal that follows the heights, with a pair law of the same work of adhesion"""
+    wall_crystal: WallCrystal = OWN
+    """the crystal of a wall of atoms"""
     separation: float | None = None
     """height of the plane h = 0 of the wall above the surface at rest, in a0: one equilibrium"""
     protocol: ProtocolTable | None = None
@@ -184,6 +202,11 @@ class DeckConfig(Document):
         if self.wall_force == "atoms" and self.follows == "site":
             cause = "atoms of the wall act at the positions of the atoms, not at lattice sites"
             yield Fault(("follows",), '"atom" with wall_force = "atoms"', cause)
+
+    @constraint
+    def _has_a_crystal(self) -> Iterator[Fault]:
+        if self.wall_force != "atoms" and self.wall_crystal != OWN:
+            yield Fault(("wall_crystal",), 'a table of a wall with wall_force = "atoms"')
 
     def steps(self) -> Steps:
         if self.protocol is not None:

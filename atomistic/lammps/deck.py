@@ -1,6 +1,7 @@
 """The LAMMPS deck: a slab under a rigid rough wall, and its protocol, checked before anything is written."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.model import Model, check_model
-from atomistic.lammps.crystal_wall import crystal_wall
+from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal, crystal_wall
 from atomistic.lammps.law import TOLERANCE, native_law
 from atomistic.lammps.protocol import Protocol
 from atomistic.lammps.shape import Shape, check_shape, misfit
@@ -37,8 +38,9 @@ class Deck:
     evaluations : largest number of force evaluations of each minimiser.
     wall_tolerance : tolerance of the tractions of a tabulated wall, relative to its largest tension, or to the
         traction if that is larger.
-    wall_force : "formulas" of LAMMPS, a "plugin" built for the installed LAMMPS, or "atoms" of a rigid crystal, cut
-        along the shape, with a pair law (:mod:`atomistic.lammps.crystal_wall`).
+    wall_force : "formulas" of LAMMPS, a "plugin" built for the installed LAMMPS, or "atoms" of a rigid crystal that
+        follows the shape, with a pair law (:mod:`atomistic.lammps.crystal_wall`).
+    wall_crystal : the crystal of a wall of atoms; that of the substrate, cut, if not given.
     rise : height of each layer of the slab at rest above its lattice sites, shape (layers,), in a0, by surface
         relaxation; None for springs, which do not relax.
     protocol : the steps; one equilibrium at the separation if None.
@@ -67,6 +69,7 @@ class Deck:
     evaluations: int = 20000
     wall_tolerance: float = TOLERANCE
     wall_force: WallForce = "formulas"
+    wall_crystal: WallCrystal = OWN
     rise: Real | None = field(default=None, repr=False)
     protocol: Protocol | None = None
     shape: Shape | None = None
@@ -130,7 +133,8 @@ class Deck:
                     '"formulas" or "plugin" where the wall is a function of the lattice site: atoms act where they are'
                 )
                 raise ArgumentError("wall_force", self.wall_force, allowed)
-            crystal_wall(self.wall, self.shape, self.slab.shape)  # which has a work of adhesion
+            instance("wall_crystal", self.wall_crystal, WallCrystal)
+            assert self.crystal is not None  # or what it cannot be is said
         number("wall_tolerance", self.wall_tolerance, above=0)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")
@@ -143,6 +147,13 @@ class Deck:
             raise ArgumentError("separation", self.separation, f"that of the first step, {protocol.separations[0]}")
         if misfit := protocol.misfit(self.slab.mobile, stays=self.shape is None):
             raise ArgumentError(*misfit)
+
+    @cached_property
+    def crystal(self) -> CrystalWall | None:
+        """The atoms of the wall; None if it has none."""
+        if self.wall_force != "atoms" or self.shape is None:
+            return None
+        return crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)
 
     @property
     def start(self) -> Real:

@@ -23,12 +23,14 @@ from numpy.typing import NDArray
 import continuum
 from atomistic.crystal.crystal import LAYER_SPACING, LOST, Slab
 from atomistic.crystal.potentials import POTENTIAL
+from atomistic.lammps.acting import wall_files, wall_words
+from atomistic.lammps.crystal_wall import DATA
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.earlier import OUTPUTS, PARTS, remove_outputs, step_keys, steps_to_keep
 from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
-from atomistic.lammps.plugin import PLUGINS, wall_files, wall_words
+from atomistic.lammps.plugin import LIBRARY, MAP, SOURCE, plugin_library
 from atomistic.lammps.protocol import time_unit
 from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
@@ -39,12 +41,16 @@ from continuum.model.walls import Wall
 
 FORMAT = "stickiness deck 4"
 """Format name in ``deck.json``."""
+HEIGHTS = "wall.heights"
+"""File of the heights of the wall in a deck."""
 SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
 INPUTS = (
-    *SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json", "stiffness.npy",
-    "input.toml", *(name for plugin in PLUGINS.values() for name in (plugin.source, plugin.library, plugin.data)),
+    *SCRIPTS, "in.relax", "in.motion", "slab.data", "slab.start", HEIGHTS, "wall.table", "wall.vtk", "deck.json",
+    "stiffness.npy", "input.toml", SOURCE, LIBRARY, MAP, "in.place", DATA,
 )  # fmt: skip
 """Files of a deck, of equilibria or of a motion, in addition to those of its interatomic model."""
+_EARLIER = ("crystal.cpp", "crystal.so", "wall.crystal")
+"""Files of decks of earlier versions."""
 _POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
 
 LEAST_VERSION = 20240207, "7 February 2024"
@@ -83,7 +89,6 @@ def render(deck: Deck) -> dict[str, str]:
         "repulsive": f"{REPULSIVE:d}",
         "attracted": f"{ATTRACTED:d}",
         "settings": model.settings(),
-        "interactions": model.interactions(),
         "room": " &\n                extra/bond/per/atom 12 extra/special/per/atom 24" if bonds else "",
         "surface_atoms": f"{surface_atoms:d}",
         "mobile_atoms": f"{deck.slab.mobile * surface_atoms:d}",
@@ -106,7 +111,8 @@ def render(deck: Deck) -> dict[str, str]:
     }
     protocol = deck.protocol
     script, included = ("single", "in.relax") if protocol is None else (protocol.script, protocol.included)
-    names = {name: name for name in (*SCRIPTS, included)} | {"in.contact": f"contact.{script}"}
+    crystal = () if deck.crystal is None else ("in.place",)
+    names = {name: name for name in (*SCRIPTS, included, *crystal)} | {"in.contact": f"contact.{script}"}
     templates = files("atomistic.lammps") / "templates"
     acts = (templates / f"wall.{deck.wall_force}").read_text(encoding="utf-8")
     values["acts"] = _Template(acts).substitute(values)
@@ -177,8 +183,9 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
     an extended protocol continues; others are removed if ``force``. ``in.contact`` is written last: without it a
     directory is no deck.
 
-    Raises OutputError, and changes nothing, if the directory has other files, or finished steps of another deck
-    without ``force``, or a run is under way there, or it cannot be written to.
+    Raises OutputError or PluginError, and changes nothing, if the directory has other files (which are left alone
+    beside a deck that ``force`` replaces), or finished steps of another deck without ``force``, or a run is under way
+    there, or it cannot be written to; or if the plugin cannot be built.
     """
     directory = Path(directory)
     texts = render(deck)
@@ -188,37 +195,47 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
     if directory.exists():
         if not directory.is_dir():
             raise OutputError(f"{directory}: is not a folder; choose another one for the deck")
-        known = {*INPUTS, *PARTS, LOCK}
+        known = {*INPUTS, *_EARLIER, *PARTS, LOCK}
         foreign = sorted(
             entry.name
             for entry in directory.iterdir()
             if entry.name not in known and not OUTPUTS.fullmatch(entry.name) and not _POTENTIALS.fullmatch(entry.name)
         )
-        if foreign:
+        is_deck = (directory / "deck.json").is_file() and (directory / "in.slab").is_file()
+        if foreign and not (force and is_deck):
             names = ", ".join(foreign[:5])
-            raise OutputError(f"{directory} has files that do not belong to a deck ({names}): choose another directory")
+            leave = ", or leave them beside the new deck with --force" if is_deck else ""
+            raise OutputError(
+                f"{directory} has files that do not belong to a deck ({names}): choose another directory{leave}"
+            )
         if _same(directory, texts["deck.json"]):
             return directory
         keep = steps_to_keep(directory, keys, force=force)
+    library = plugin_library() if SOURCE in texts else None  # before anything there is touched
     folder(directory)
     with hold(directory):
         remove_outputs(directory, keep)
         (directory / "in.contact").unlink(missing_ok=True)
         for entry in list(directory.iterdir()):
-            if _POTENTIALS.fullmatch(entry.name) or (entry.name in INPUTS and entry.name not in texts):
+            if _POTENTIALS.fullmatch(entry.name) or (entry.name in {*INPUTS, *_EARLIER} and entry.name not in texts):
                 entry.unlink()
         for name, content in deck.model.files.items():
             save(directory / name, content, own=True)
         with whole(directory / "slab.data") as file:
             _write_data(file, deck)
+        with whole(directory / HEIGHTS) as file:
+            _write_atoms(file, deck.slab.ids[0], deck.heights)
+        with whole(directory / "slab.start") as file:
+            for axis in range(3):
+                mobile = slice(0, deck.slab.mobile)
+                _write_atoms(file, deck.slab.ids[mobile], deck.start[mobile, ..., axis])
         if deck.stiffness is not None:
             with whole(directory / "stiffness.npy") as file:
                 np.save(file, deck.stiffness)
         if deck.source:
             save(directory / "input.toml", deck.source, own=True)
-        if plugin := PLUGINS.get(deck.wall_force):
-            save(directory / plugin.source, texts[plugin.source], own=True)
-            plugin.build(directory)
+        if library is not None:
+            save(directory / LIBRARY, library, own=True)
         for name in reversed(texts):  # in.contact last
             save(directory / name, texts[name], own=True)
     return directory
@@ -275,11 +292,15 @@ def read_slab(path: Path) -> Slab:
 def read_heights(path: Path) -> Real:
     """Heights of the wall above the lattice sites of the surface atoms, shape (nx, ny), in a0, of a ``slab.data``.
 
+    They stand beside it in ``wall.heights``; in decks of earlier versions, in a section of it.
+
     Raises ValueError if the file does not belong to a deck.
     """
+    path = Path(path)
     shape = read_slab(path).shape
-    with Path(path).open(encoding="utf-8") as file:
-        rows = itertools.dropwhile(lambda line: line != "WallHeight\n", file)
+    beside = path.with_name(HEIGHTS)
+    with (beside if beside.is_file() else path).open(encoding="utf-8") as file:
+        rows = iter(file) if beside.is_file() else itertools.dropwhile(lambda line: line != "WallHeight\n", file)
         heights = np.loadtxt(itertools.islice(rows, 2, 2 + shape[0] * shape[1]), usecols=1, ndmin=1)
     return np.asarray(heights, dtype=np.float64).reshape(shape)
 
@@ -295,13 +316,11 @@ def read_wall(directory: Path) -> Wall:
 
 
 def _write_data(file: BinaryIO, deck: Deck) -> None:
-    """``slab.data``: the slab at rest, the wall above it and the start."""
+    """``slab.data``: the slab at rest."""
     slab, model = deck.slab, deck.model
     bonds = model.atom_style == "bond"
     nx, ny = slab.shape
     ids = slab.ids.ravel()
-    heights = np.zeros(slab.ids.shape)
-    heights[0] = deck.heights
     # Two spacings of room on both sides, and up to the highest point of the wall, to which adhesion may lift an atom:
     # nothing leaves the box.
     low = -slab.layers * LAYER_SPACING - 2
@@ -316,10 +335,12 @@ def _write_data(file: BinaryIO, deck: Deck) -> None:
     )
     kind = "%d 1 1" if bonds else "%d 1"  # molecule and type, or type
     _write_rows(file, f"{kind} %.17g %.17g %.17g\n", ids, model.length * deck.rest.reshape(-1, 3))
-    file.write(b"\nWallHeight\n\n")
-    _write_rows(file, "%d %.17g\n", ids, heights.reshape(-1, 1))
-    file.write(b"\nDisplacement\n\n")
-    _write_rows(file, "%d %.17g %.17g %.17g\n", ids, deck.start.reshape(-1, 3))
+
+
+def _write_atoms(file: BinaryIO, ids: NDArray[np.int64], values: Real) -> None:
+    """One number for each of some atoms, as LAMMPS reads them into an atomfile variable."""
+    file.write(f"# Atom and value\n{ids.size}\n".encode())
+    _write_rows(file, "%d %.17g\n", ids.ravel(), values.reshape(-1, 1))
 
 
 def _write_rows(file: BinaryIO, form: str, ids: NDArray[np.int64], values: Real) -> None:

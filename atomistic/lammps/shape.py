@@ -357,7 +357,7 @@ def force_lines(shape: Shape | None) -> dict[str, str]:
 _SITE = {
     "follows": "# The wall is a function of the lattice site: what stands above an atom does not change as it moves "
     "sideways.",
-    "shape": "# d_height: of the wall above the lattice site of each atom, in a0, from slab.data.",
+    "shape": "# d_height: of the wall above the lattice site of each atom, in a0, from wall.heights.",
     "height": "d_height",
     "act": "variable        lateral_x atom 0.0\nvariable        lateral_y atom 0.0\n"
     "fix             wall surface addforce 0 0 v_force energy v_work_done",

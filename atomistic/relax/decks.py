@@ -17,7 +17,7 @@ from atomistic.config.motion import HOTTEST, Steps, thermal_energy
 from atomistic.config.quantities import QUANTITIES, in_reduced, with_units
 from atomistic.crystal.crystal import Slab, distortion
 from atomistic.crystal.model import Model, Potential, measured
-from atomistic.lammps.crystal_wall import crystal_wall, first_touch
+from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal, crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.law import native_law
@@ -63,6 +63,14 @@ class DeckParts(NamedTuple):
     """Lines about the input and the origin of the heights."""
     source: str = ""
     """Text of the input."""
+    wall_crystal: WallCrystal = OWN
+
+    @property
+    def crystal(self) -> CrystalWall | None:
+        """The atoms of the wall; None if it has none."""
+        if self.wall_force != "atoms" or self.shape is None:
+            return None
+        return crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)
 
 
 def parts_of(config: DeckConfig, progress: Progress | None = None) -> DeckParts:
@@ -98,7 +106,9 @@ def parts_of(config: DeckConfig, progress: Progress | None = None) -> DeckParts:
         require_apart(config, steps, wall, shape, slab)
     notes = described(config, slab, deck_units(config, model, progress), wall, heights) + notes
     source = "" if config.source is None else config.source.text
-    return DeckParts(slab, model, wall, heights, steps, shape, config.wall_force, config.solver, notes, source)
+    return DeckParts(
+        slab, model, wall, heights, steps, shape, config.wall_force, config.solver, notes, source, config.wall_crystal
+    )  # fmt: skip
 
 
 def deck_units(config: DeckConfig, model: Model, progress: Progress | None = None) -> Units | None:
@@ -164,11 +174,12 @@ def _values(table: Table) -> str:
     return ", ".join(f"{key} = {value}" for key, value in given.items())
 
 
-def _acting(deck: Deck, wall_force: WallForce) -> Deck:
+def _acting(deck: Deck, wall_force: WallForce, crystal: WallCrystal) -> Deck:
     """The deck with another kind of wall force; a wall of atoms starts with the slab at rest and without overlap."""
-    if wall_force != "atoms" or deck.shape is None:
-        return replace(deck, wall_force=wall_force)
-    touch = first_touch(crystal_wall(deck.wall, deck.shape, deck.slab.shape))
+    deck = replace(deck, wall_force=wall_force, wall_crystal=crystal)
+    if deck.crystal is None:
+        return deck
+    touch = first_touch(deck.crystal)
     protocol = None if deck.protocol is None else deck.protocol.from_separation(touch)
     separation = deck.separation if protocol is None else protocol.separations[0]
     if separation < touch:
@@ -177,13 +188,10 @@ def _acting(deck: Deck, wall_force: WallForce) -> Deck:
             f"{touch:.4g} a0 or above"
         )
     note = (
-        f"Wall of atoms: a rigid fcc crystal in the hollows of the surface, cut along the heights to half of a plane; "
-        f"it touches the flat surface at the separation {touch:.4g} a0."
+        f"Wall of atoms: a rigid fcc crystal ({_values(crystal) or 'that of the surface continued upwards, cut'}) of "
+        f"{deck.crystal.about}; it touches the flat surface at the separation {touch:.4g} a0."
     )
-    return replace(
-        deck, wall_force=wall_force, displacements=None, protocol=protocol, separation=separation,
-        notes=(*deck.notes, note),
-    )  # fmt: skip
+    return replace(deck, displacements=None, protocol=protocol, separation=separation, notes=(*deck.notes, note))
 
 
 def _wall(config: DeckConfig) -> Wall:
@@ -270,7 +278,7 @@ def deck_of(parts: DeckParts, progress: Progress | None = None) -> Deck:
         notes=parts.notes + shape_notes(shape) + notes, source=parts.source, stiffness=response.stiffness_q,
         wall_tolerance=parts.solver.wall_tolerance,
     )  # fmt: skip
-    return _acting(made, parts.wall_force)
+    return _acting(made, parts.wall_force, parts.wall_crystal)
 
 
 def _warm(specimen: Specimen, temperature: float, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
@@ -311,7 +319,13 @@ def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
 
 
 def parts_under(
-    contact: ContactProblem, model: Potential, steps: Steps, depth: float | None, shape: Shape | None, force: WallForce
+    contact: ContactProblem,
+    model: Potential,
+    steps: Steps,
+    depth: float | None,
+    shape: Shape | None,
+    force: WallForce,
+    crystal: WallCrystal = OWN,
 ) -> DeckParts:
     """The parts of a deck of a contact.  The arguments are those of :func:`atomistic.deck`.
 
@@ -329,7 +343,7 @@ def parts_under(
     measured = model_of(model)
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
     require_steps(steps, slab, measured, wall, heights)
-    return DeckParts(slab, measured, wall, heights, steps, shape, force, DeckSolverTable())
+    return DeckParts(slab, measured, wall, heights, steps, shape, force, DeckSolverTable(), wall_crystal=crystal)
 
 
 def deck_input(path: str | Path, progress: Progress | None = None) -> DeckConfig:

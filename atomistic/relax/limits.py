@@ -55,14 +55,15 @@ def require_steps(
 
 
 def require_apart(config: DeckConfig, steps: Steps, wall: Wall, shape: Shape, slab: Slab) -> None:
-    """Check that a wall of atoms does not overlap the surface at rest at the first separation.
+    """Check that the atoms of a wall do not overlap the surface at rest at the first separation.
 
-    Raises ConfigError, with the smallest allowed separation, if it does; or if the law has no work of adhesion.
+    Raises ConfigError, with the smallest allowed separation, if they do; or if there is no such crystal.
     """
     try:
-        touch = first_touch(crystal_wall(wall, shape, slab.shape))
+        touch = first_touch(crystal_wall(wall, shape, slab.shape, config.wall_crystal))
     except ArgumentError as error:
-        raise refuse(config, Fault(("wall",), error.allowed)) from error
+        key = ("wall",) if error.name == "wall" else ("wall_crystal", error.name)
+        raise refuse(config, Fault(key, error.allowed)) from error
     if steps.control == "separation" and steps.values[0] < touch:
         place = () if steps.single else ("protocol",)
         least = f"{ceil(1000 * touch) / 1000:g} or above at first"

