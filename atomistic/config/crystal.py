@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from atomistic.crystal.interatomic import LennardJones, Springs
@@ -82,6 +82,19 @@ def _potential_file(value: object, info: ValidationInfo) -> Path:
         raise PydanticCustomError("missing_potential", "{error}", {"error": str(error)}) from error
 
 
+def _with_named(files: tuple[Path, ...], info: ValidationInfo) -> tuple[Path, ...]:
+    """The files, and those whose names are words of the other keys."""
+    lines = [info.data.get("arguments", ()), *info.data.get("coefficients", ())]
+    for word in dict.fromkeys(word for line in lines for word in line if word != info.data.get("element")):
+        try:
+            found = _potential_file(word, info)
+        except PydanticCustomError:  # most words are none
+            continue
+        if found.name not in [file.name for file in files]:
+            files = (*files, found)
+    return files
+
+
 class EmbeddedAtomTable(Interatomic):
     """Embedded atoms, from a file of LAMMPS' pair_style eam, eam/alloy or eam/fs."""
 
@@ -129,9 +142,13 @@ class PairStyleTable(Interatomic):
     """arguments after the name of the style"""
     coefficients: Annotated[tuple[_Words, ...], Field(min_length=1)] = (("*", "*"),)
     """arguments of each pair_coeff, as [["*", "*", "AlCu.adp", "Cu"]]"""
-    files: Annotated[tuple[Annotated[Path, BeforeValidator(_potential_file)], ...], Field(max_length=10)] = ()
-    """files named in the arguments, relative to the folder of this input, or the bare name of one that comes with
-    LAMMPS"""
+    files: Annotated[
+        tuple[Annotated[Path, BeforeValidator(_potential_file)], ...],
+        Field(max_length=10, validate_default=True),
+        AfterValidator(_with_named),
+    ] = ()
+    """further files that LAMMPS reads with these: all that arguments and coefficients name travel with the deck,
+    relative to the folder of this input, or by the bare name of one that comes with LAMMPS"""
     many_body: bool = True
     """whether the force on an atom depends on the neighbours of its neighbours: forces then reach twice the cut-off"""
 

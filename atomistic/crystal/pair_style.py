@@ -16,8 +16,9 @@ from atomistic.crystal.interatomic import BondlessPotential
 from atomistic.crystal.potentials import content_of
 from continuum.arguments import ArgumentError, file_name, flag, number
 
-REFUSED_STYLES = re.compile(r"python|none|zero|hybrid.*|list|srp.*|kim|quip")
-"""Refused styles: those that run code from a file, read other paths, describe no crystal, or combine several styles."""
+REFUSED_STYLES = re.compile(r"python|none|zero|list|srp.*|kim|quip|hybrid/(?!overlay$).*")
+"""Refused styles: those that run code from a file, read other paths, describe no crystal, or weigh several styles by
+variables.  Those that ``hybrid`` and ``hybrid/overlay`` combine are words that follow, of which none may be refused."""
 _STYLE = re.compile(r"[a-z][a-z0-9/_+-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_.+*/=-]{1,100}")
 _ELEMENT = re.compile(r"[A-Z][a-z]?")
@@ -35,8 +36,8 @@ class PairStyle(BondlessPotential):
     cutoff : of the formulas, in Å.
     lattice_constant : of the fcc crystal, to a tenth, in Å: it is measured from there.
     arguments : words that follow the name.
-    coefficients : words of each ``pair_coeff``, "*" "*" among them; a word that is the name of one of the files stands
-        for that file.
+    coefficients : words of each ``pair_coeff``, "*" "*" among them.  Here and in the arguments, a word that is the name
+        of one of the files, or a path that ends with it, stands for that file.
     contents : files by name.
     many_body : whether atoms feel changes at their neighbours, so that forces reach twice the cut-off.
 
@@ -61,7 +62,10 @@ class PairStyle(BondlessPotential):
     def __post_init__(self) -> None:
         style = self.style
         if not isinstance(style, str) or not _STYLE.fullmatch(style) or REFUSED_STYLES.fullmatch(style):
-            raise ArgumentError("style", style, "the name of a pair_style that a substrate can be made of")
+            allowed = (
+                "the name of a pair_style that reads no code and no other paths, and that makes a crystal by itself"
+            )
+            raise ArgumentError("style", style, f"{allowed}; hybrid/overlay adds several")
         if not isinstance(self.element, str) or not _ELEMENT.fullmatch(self.element):
             raise ArgumentError("element", self.element, 'a chemical symbol, as "Cu"')
         for name in ("mass", "cutoff", "lattice_constant"):
@@ -73,12 +77,15 @@ class PairStyle(BondlessPotential):
         )
         if not sound:
             raise ArgumentError("contents", contents, "files by name, as PairStyle.read_files gives them")
-        _check_words("arguments", self.arguments, set())
+        combined = style.startswith("hybrid")
+        _check_words("arguments", self.arguments, self.contents, combined)
+        if combined and (bad := [*filter(REFUSED_STYLES.fullmatch, self.arguments)]):
+            raise ArgumentError("arguments", self.arguments, f"styles that are allowed by themselves: {bad[0]} is not")
         lines = self.coefficients
         if not isinstance(lines, Sequence) or isinstance(lines, str | bytes) or not lines or not all(lines):
             raise ArgumentError("coefficients", lines, 'words of one pair_coeff or more, as (("*", "*"),)')
         for words in lines:
-            _check_words("coefficients", words, set(self.contents))
+            _check_words("coefficients", words, self.contents, combined)
         object.__setattr__(self, "arguments", tuple(self.arguments))
         object.__setattr__(self, "coefficients", tuple(map(tuple, lines)))
 
@@ -140,21 +147,28 @@ class PairStyle(BondlessPotential):
         return f"{self.element}, pair_style {self.style}{f', {files}' if files else ''}"
 
     def interactions(self) -> str:
-        lines = [" ".join(["pair_style     ", self.style, *self.arguments])]
-        for words in self.coefficients:
-            lines.append(" ".join(["pair_coeff     ", *(self._names.get(word, word) for word in words)]))
-        return "\n".join(lines)
+        lines = [
+            ("pair_style     ", self.style, *self.arguments),
+            *(("pair_coeff     ", *w) for w in self.coefficients),
+        ]
+        return "\n".join(" ".join(self._names.get(_name(word), word) for word in words) for words in lines)
 
 
-def _check_words(name: str, words: Any, known: set[str]) -> None:
-    """Check a list of words, of which names of the model's files are allowed."""
+def _name(word: str) -> str:
+    return word.rpartition("/")[2]
+
+
+def _check_words(name: str, words: Any, files: Mapping[str, bytes], combined: bool) -> None:
+    """Check a list of words; names of the model's files are allowed, and those of styles if several are combined."""
     if not isinstance(words, Sequence) or isinstance(words, str | bytes):
         raise ArgumentError(name, words, "a list of words")
     for word in words:
         if not isinstance(word, str):
             raise ArgumentError(name, word, 'words, in quotes, numbers, too: "2.5"')
-        if word not in known and not _WORD.fullmatch(word):
+        if _name(word) in files:
+            continue
+        if not _WORD.fullmatch(word):
             raise ArgumentError(name, word, "words of letters, digits and _ . + - * =")
-        # A path would read a file that is not stored with the model.
-        if word not in known and "/" in word:
+        # A path would read a file that is not stored with the model.  LAMMPS is asked whether it has such a style.
+        if "/" in word and not (combined and _STYLE.fullmatch(word)):
             raise ArgumentError(name, word, "not a path: list the file under files")

@@ -215,37 +215,76 @@ class _Table(NamedTuple):
 
 
 def _parse(content: bytes) -> _Table:
-    """Header of a file, whose numbers are checked; raises ValueError or IndexError."""
+    """Header of a file, whose numbers are checked; raises ValueError or IndexError.
+
+    It is read as LAMMPS reads it: below the comment lines, what follows a # is a comment, each table begins with a new
+    line, and numbers left over on its last line, or on one line after the last table, are ignored.
+    """
     lines = content.decode("utf-8", errors="replace").splitlines()
     names = _names(lines)
-    comment = " ".join(" ".join(lines[:3] if names else lines[:1]).split())
+    above = 3 if names else 1
+    comment = " ".join(" ".join(lines[:above]).split())
     comment = re.sub(r"#\S*", "", "".join(c for c in comment if c.isprintable()))[:300].strip()
     if re.search(r"UNITS:\s*(?!metal)\w", comment):
         raise _MalformedError("its units are not metal")
-    above = 4 if names else 2
-    n_rho, n_r, cutoff = _grid(lines[above])
-    words = " ".join(lines[above + 1 :]).split()
-    style: Style = "eam"
-    if names:
-        style, each = _setfl(len(names), n_rho, n_r, len(words))
-        heads = {name: words[i * each : i * each + 4] for i, name in enumerate(names)}
-        words = [word for i, word in enumerate(words) if i % each >= 4 or i >= each * len(names)]
-    else:
-        wanted = n_rho + 2 * n_r
-        if len(words) < wanted:
-            raise _MalformedError(f"its header asks for {wanted} numbers and it holds {len(words)}")
-        words, head = words[:wanted], lines[1].split()[:4]
-        heads = {chemical_symbol(int(head[0])): head}
+    rows = [words for line in lines[above:] if (words := _words(line))]
+    n_rho, n_r, cutoff = _grid(rows[1])
+    if not names:
+        _read([n_rho, n_r, n_r], rows[2:])
+        return _Table("eam", {chemical_symbol(int(rows[0][0])): _element(rows[0])}, cutoff, comment)
+    # The two formats differ only in how many densities an element has.
+    many, faults = len(names), list[str]()
+    densities: dict[Style, int] = {"eam/alloy": 1, "eam/fs": many}
+    for style, count in densities.items():
+        try:
+            heads = _read([_HEAD, n_rho, *count * [n_r]] * many + many * (many + 1) // 2 * [n_r], rows[2:])
+            elements = dict(zip(names, map(_element, heads), strict=True))
+        except ValueError as fault:
+            faults.append(f"as {style}, {fault}")
+        else:
+            return _Table(style, elements, cutoff, comment)
+    raise _MalformedError("; ".join(faults))
+
+
+def _words(line: str) -> list[str]:
+    return line.partition("#")[0].split()
+
+
+_HEAD = 0
+"""Instead of the length of a table, for the line of an element."""
+
+
+def _read(lengths: list[int], rows: list[list[str]]) -> list[list[str]]:
+    """Lines of the elements, among tables of these lengths, whose numbers are checked.
+
+    Raises ValueError or IndexError if the rows end before, or go on, or a number is none.
+    """
+    heads, numbers, at, wanted = list[list[str]](), list[str](), 0, sum(lengths)
+    for length in lengths:
+        if length == _HEAD:
+            heads.append(rows[at] if at < len(rows) else [])
+            at += 1
+        table = list[str]()
+        while len(table) < length:
+            if at == len(rows):
+                raise _MalformedError(f"its header asks for {wanted} numbers and it holds {len(numbers) + len(table)}")
+            table += rows[at]
+            at += 1
+        numbers += table[:length]
+    beyond = [*rows[at:], []]
+    if len(beyond) > 2 or (beyond[0] and beyond[0][0] == f"{len(beyond[0]) - 2}"):
+        more = f"goes on after them: {' '.join(beyond[0])[:80]} (a degree and coefficients: pair_style eam/cd)"
+        raise _MalformedError(f"its header asks for {wanted} numbers and it {more}")
     # Fortran writes 1.0D+00 too.
-    values = np.array([word.replace("D", "e").replace("d", "e") for word in words], dtype=np.float64)
+    values = np.array([word.replace("D", "e").replace("d", "e") for word in numbers], dtype=np.float64)
     if not np.isfinite(values).all():
         raise _MalformedError(f"{np.count_nonzero(~np.isfinite(values))} of its numbers are not finite")
-    return _Table(style, {name: _element(head) for name, head in heads.items()}, cutoff, comment)
+    return heads
 
 
 def _names(lines: list[str]) -> list[str]:
     """Elements of a setfl header, "2 Ni Al" in its fourth line; none if it has no such line."""
-    words = lines[3].split() if len(lines) > 3 else []
+    words = _words(lines[3]) if len(lines) > 3 else []
     if len(words) < 2 or not words[0].isdigit() or not all(map(_ELEMENT.fullmatch, words[1:])):
         return []
     if int(words[0]) != len(words) - 1:
@@ -253,34 +292,24 @@ def _names(lines: list[str]) -> list[str]:
     return words[1:]
 
 
-def _setfl(many: int, n_rho: int, n_r: int, total: int) -> tuple[Style, int]:
-    """Format of a file of many elements by its number of words, and how many of them belong to each element."""
-    # The two formats differ only in how many densities an element has.
-    each: dict[Style, int] = {"eam/alloy": 4 + n_rho + n_r, "eam/fs": 4 + n_rho + many * n_r}
-    wanted = {style: many * count + many * (many + 1) // 2 * n_r for style, count in each.items()}
-    fitting = [style for style, count in wanted.items() if count == total]
-    if not fitting:
-        counts = " or ".join(str(count) for count in wanted.values())
-        raise _MalformedError(f"its header asks for {counts} numbers and it holds {total}")
-    return fitting[0], each[fitting[0]]
-
-
-def _grid(line: str) -> tuple[int, int, float]:
-    words = line.split()
+def _grid(words: list[str]) -> tuple[int, int, float]:
     if len(words) != 5:
         msg = f"its line of nrho, drho, nr, dr, cutoff has {len(words)} numbers (six: pair_style eam/he)"
         raise _MalformedError(msg)
     n_rho, n_r = int(words[0]), int(words[2])
     d_rho, d_r, cutoff = (float(words[i]) for i in (1, 3, 4))
     if min(n_rho, n_r) < 5 or max(n_rho, n_r) > 10**7 or not min(d_rho, d_r, cutoff) > 0 or not np.isfinite(cutoff):
-        raise _MalformedError(f"its line of nrho, drho, nr, dr, cutoff makes no sense: {line[:80]!r}")
+        raise _MalformedError(f"its line of nrho, drho, nr, dr, cutoff makes no sense: {' '.join(words)[:80]!r}")
     return n_rho, n_r, cutoff
 
 
 def _element(words: list[str]) -> tuple[float, float]:
     """Mass and volume per atom, from atomic number, mass, lattice constant and lattice."""
-    mass, a = float(words[1]), float(words[2])
+    try:
+        mass, a = float(words[1]), float(words[2])
+        atoms = {"bcc": 2.0, "hcp": 2**0.5, "diamond": 8.0, "dia": 8.0, "sc": 1.0}.get(words[3].lower(), 4.0)
+    except (ValueError, IndexError):
+        mass = a = float("nan")
     if not (np.isfinite([mass, a]).all() and mass > 0):
-        raise _MalformedError(f"an element's mass or lattice constant makes no sense: {' '.join(words)}")
-    atoms = {"bcc": 2.0, "hcp": 2**0.5, "diamond": 8.0, "dia": 8.0, "sc": 1.0}.get(words[3].lower(), 4.0)
+        raise _MalformedError(f"an element's mass, lattice constant or lattice makes no sense: {' '.join(words)}")
     return mass, max(a, 0.0) ** 3 / atoms

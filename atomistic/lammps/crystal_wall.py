@@ -66,8 +66,9 @@ class WallCrystal(Table):
             corners = np.column_stack([x.ravel(), y.ravel()])
             return np.stack([corners + 0.5, corners]), 1.0, True
         cells = p * p + q * q
+        spacing = n / max(cells, 1) ** 0.5
         low, high = _SPACINGS
-        if size != (n, n) or min(p, q) < 0 or not low <= n / max(cells, 1) ** 0.5 <= high:
+        if size != (n, n) or min(p, q) < 0 or not low <= spacing <= high:
             allowed = (
                 f"(p, q) of 0 or more in a square period, with √(p² + q²) from {n / high:.4g} to {n / low:.4g} for "
                 f"{n} sites; here the period is {size[0]} x {size[1]}"
@@ -78,7 +79,7 @@ class WallCrystal(Table):
         inside = (x >= 0) & (x < cells) & (y >= 0) & (y < cells)
         corners = np.column_stack([x[inside], y[inside]])
         middles = corners + np.array([p + q, p - q]) / 2
-        return np.stack([middles, corners]) * n / cells % n, float(n / cells**0.5), False
+        return np.stack([middles, corners]) * n / cells % n, float(spacing), False
 
 
 OWN = WallCrystal()
@@ -93,14 +94,12 @@ class CrystalWall(NamedTuple):
     strength: float
     """ε of the pair law, in E* a0³."""
     rms_height: float
-    """Rms height of the map at the outermost atom of each cell, in a0."""
+    """Rms height of the map at the sites of the substrate, in a0."""
     rms_lost: float
-    """Rms difference of these atoms from the map, in a0."""
-
-    @property
-    def rms_kept(self) -> float:
-        """Rms height of the map that the outermost atoms keep, in a0: what they lose is taken off its square."""
-        return max(0.0, self.rms_height**2 - self.rms_lost**2) ** 0.5
+    """Rms difference of the outermost atoms, one in each cell of the crystal, from the map above them, in a0."""
+    rms_kept: float
+    """Rms height of the map that these atoms keep, in a0: that of the map above them, whose square is less by what they
+    lose."""
 
     @property
     def about(self) -> str:
@@ -174,8 +173,10 @@ def crystal_wall(wall: Wall, shape: Shape, size: tuple[int, int], crystal: WallC
     sites = np.column_stack([np.broadcast_to(columns, (*above.shape, 2))[there], above[there]])
     sites[:, 2] += rest - wall.zero_gap
     outer = np.argmin(lowest, axis=0), np.arange(lowest.shape[1])
-    off = lowest - heights
-    found = CrystalWall(sites, work / unit, float(heights[outer].std()), float(off[outer].std()))
+    at_sites = shape.evaluate(*np.meshgrid(*(np.arange(float(n)) for n in size), indexing="ij")).height
+    lost = float((lowest - heights)[outer].std())
+    kept = max(0.0, float(heights[outer].var()) - lost**2) ** 0.5
+    found = CrystalWall(sites, work / unit, float(at_sites.std()), lost, kept)
     if found.rms_height > 0 and not found.rms_kept >= LEAST_KEPT * found.rms_height:
         allowed = f'"bent" where planes {plane:.2g} a0 apart are too coarse: {found.about}'
         raise ArgumentError("form", crystal.form, allowed)

@@ -59,12 +59,13 @@ def measure_crystal(potential: Potential) -> Crystal:
     """
     if potential.atom_style != "atomic":
         raise ValueError(f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}")
-    _, style, *_ = potential.interactions().split()  # pair_style NAME ...
-    if style not in pair_styles():
-        meant = nearest(style, sorted(pair_styles()))
-        hint = f"; did you mean {meant}?" if meant else ""
-        msg = f"the installed LAMMPS has no pair_style {style!r}{hint}; `atomistic doctor` lists its packages"
-        raise PotentialError(msg)
+    _, first, *words = potential.interactions().split()  # pair_style NAME ...
+    for style in [first, *(word for word in words if "/" in word)]:  # of those that a hybrid style combines, too
+        if style not in pair_styles():
+            meant = nearest(style, sorted(pair_styles()))
+            hint = f"; did you mean {meant}?" if meant else ""
+            msg = f"the installed LAMMPS has no pair_style {style!r}{hint}; `atomistic doctor` lists its packages"
+            raise PotentialError(msg)
     volume = potential.guess or (0.5 * potential.cutoff) ** 3
     with _Strained(potential, _SQUARE, _FCC) as fcc:
         try:

@@ -1,11 +1,12 @@
-"""Friction under one normal load by three walls: of formulas, of the plugin, and of atoms, over the same rough map.
+"""Friction under one normal load by walls of formulas, of the plugin, and of atoms, over the same rough map.
 
 ``python -m tests.studies.friction_of_walls`` prints the table of docs/decks.md.  Springs under a self-affine map, with
 two seeds of the thermal motion.  The means are over whole periods of the lattice, each of so many windows that the
 lateral force is also known as a function of where the wall stands above the sites: its registry.  Expected, before
 the first run: formulas and plugin make one force to rounding, so that their means differ by their thermal errors alone,
 three standard errors at most; on both nothing but the map tells one period from the next.  Atoms of the wall see those
-of the surface: the lateral force comes and goes with each period.
+of the surface: in a crystal of the same rows, bent along the map, the lateral force comes and goes with each period; in
+one of 17 rows over 16 the forces of its atoms cancel.
 """
 
 from __future__ import annotations
@@ -27,7 +28,13 @@ from continuum.model.fourier import Real
 
 PARTS = 8
 """Windows of one period of the lattice."""
-WALLS: tuple[WallForce, ...] = ("formulas", "plugin", "atoms")
+WALLS: dict[str, tuple[WallForce, dict[str, object] | None]] = {
+    "formulas": ("formulas", None),
+    "plugin": ("plugin", None),
+    "atoms, bent": ("atoms", {"form": "bent"}),
+    "atoms, bent, 17 rows over 16": ("atoms", {"form": "bent", "rows": [17, 0]}),
+}
+"""How each wall acts, and its crystal."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +83,7 @@ def means(run: DeckRun, run_in: int) -> Slide:
     )
 
 
-def slide(wall_force: WallForce, seed: int, given: argparse.Namespace, folder: Path) -> Slide:
+def slide(wall: str, seed: int, given: argparse.Namespace, folder: Path) -> Slide:
     """Slide one wall over springs."""
     spectrum = c.SelfAffine(0.8, given.slope, given.lambda_s, 16)
     heights = spectrum.synthesise(c.Grid.square(16), np.random.default_rng(3))
@@ -86,8 +93,11 @@ def slide(wall_force: WallForce, seed: int, given: argparse.Namespace, folder: P
         "distance": float(given.periods + given.run_in), "temperature": given.temperature, "hold": 2 * PARTS,
         "dwell": PARTS, "seed": seed,
     }  # fmt: skip
-    made = a.deck(contact, protocol=protocol, depth=8, follows="atom", wall_force=wall_force)
-    return means(a.run_deck(made.write(folder / f"{wall_force}-{seed}")), given.run_in)
+    wall_force, crystal = WALLS[wall]
+    made = a.deck(
+        contact, protocol=protocol, depth=8, follows="atom", wall_force=wall_force, wall_crystal=crystal
+    )  # fmt: skip
+    return means(a.run_deck(made.write(folder / "deck")), given.run_in)
 
 
 def main() -> None:
@@ -101,19 +111,19 @@ def main() -> None:
     parser.add_argument("--periods", type=int, default=8)
     parser.add_argument("--run-in", type=int, default=0, help="periods before those of the means")
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--walls", nargs="+", choices=WALLS, default=WALLS)
+    parser.add_argument("--walls", nargs="+", choices=WALLS, default=list(WALLS))
     given = parser.parse_args()
     write = sys.stdout.write
     write("| wall | seed | load kept (E*) | friction coefficient | shear stress (E*) | registry (E*) | height (a0) |\n")
     write("|---|---|---|---|---|---|---|\n")
-    for wall_force in given.walls:
+    for wall in given.walls:
         for seed in given.seeds:
             with tempfile.TemporaryDirectory() as folder:
-                found = slide(wall_force, seed, given, Path(folder))
+                found = slide(wall, seed, given, Path(folder))
             cells = [f"{mean.mean:.5f} ± {mean.error:.5f}" for mean in (found.load, found.friction, found.shear)]
             cells.append(f"{found.registry:.5f} ± {found.registry_error:.5f}")
             cells.append(f"{found.height:.3f}")
-            write(f"| {wall_force} | {seed} | {' | '.join(cells)} |{'' if found.sound else ' distorted'}\n")
+            write(f"| {wall} | {seed} | {' | '.join(cells)} |{'' if found.sound else ' distorted'}\n")
             sys.stdout.flush()
 
 

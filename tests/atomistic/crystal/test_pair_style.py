@@ -5,18 +5,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given as drawn
+from hypothesis import settings
 from hypothesis import strategies as st
 
 import atomistic as a
 import continuum as c
+from atomistic.config.crystal import ElasticConfig
+from atomistic.crystal.model import Potential
 from atomistic.crystal.pair_style import PairStyle
-from atomistic.crystal.potentials import PotentialError, find_potential
+from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import render
 from atomistic.lammps.result import DeckStatus
+from atomistic.lammps.session import Cell
 from atomistic.response.material import model_of
 from continuum.arguments import ArgumentError
+from continuum.files.inputs import load
 
 TEXT = st.text(max_size=30) | st.sampled_from(
     [
@@ -39,7 +44,7 @@ TEXT = st.text(max_size=30) | st.sampled_from(
 )
 
 
-@given(style=TEXT, element=TEXT, words=st.lists(TEXT, max_size=4), name=TEXT, content=st.binary(max_size=20))
+@drawn(style=TEXT, element=TEXT, words=st.lists(TEXT, max_size=4), name=TEXT, content=st.binary(max_size=20))
 def test_no_text_of_a_user_becomes_a_command(style, element, words, name, content):
     said: list[str] = []
     for kind, symbol in ((style, "Cu"), ("adp", element), ("adp", "Cu")):
@@ -60,7 +65,7 @@ def test_no_text_of_a_user_becomes_a_command(style, element, words, name, conten
 
 
 @settings(max_examples=20)
-@given(note=st.text(max_size=200))
+@drawn(note=st.text(max_size=200))
 def test_notes_and_comments_reach_no_script(note):
     heights = np.zeros((4, 4))
     slab = a.Slab((4, 4), mobile=2)
@@ -74,7 +79,10 @@ def test_notes_and_comments_reach_no_script(note):
     ("changes", "message"),
     [
         ({"style": "python"}, "style = "),
-        ({"style": "hybrid/overlay"}, "style = "),
+        ({"style": "hybrid/scaled"}, "style = .*hybrid/overlay adds several"),
+        ({"style": "hybrid/overlay", "arguments": ("adp", "python", "2")}, "arguments = .*python is not"),
+        ({"style": "hybrid/overlay", "coefficients": (("*", "*", "../a/b"),)}, "coefficients = .*under files"),
+        ({"style": "adp", "coefficients": (("*", "*", "eam/alloy"),)}, "coefficients = .*under files"),
         ({"coefficients": (("*", "*", "/etc/passwd"),)}, "coefficients = .* under files"),
         ({"coefficients": ()}, "coefficients = "),
         ({"element": "Cu; clear"}, "element = .* chemical symbol"),
@@ -90,6 +98,50 @@ def test_what_is_no_pair_style_is_refused(changes, message):
 def test_a_style_that_lammps_does_not_have_is_named():
     with pytest.raises(PotentialError, match=r"no pair_style 'adb'; did you mean adp"):
         model_of(PairStyle("adb", "Cu", 63.5, 5.0, 3.6))
+    with pytest.raises(PotentialError, match=r"no pair_style 'eam/aloy'; did you mean eam/alloy"):
+        model_of(PairStyle("hybrid/overlay", "Cu", 63.5, 5.0, 3.6, ("eam/aloy",), (("*", "*", "eam/aloy", "Cu"),)))
+
+
+CELL = np.array([[0.0, 0, 0], [1.8, 1.8, 0.2]]), np.full(3, 3.6)
+
+
+def energy(potential: Potential) -> float:
+    with Cell(potential, *CELL) as cell:
+        return cell.evaluate(CELL[0])[0]
+
+
+def given(**keys: object) -> PairStyle:
+    """The potential of a table of an input."""
+    table = {"kind": "pair-style", "element": "Cu", "mass": 63.5, "cutoff": 5.6, "lattice_constant": 3.6} | keys
+    found = load({"interatomic": table}, ElasticConfig).interatomic.potential()
+    assert isinstance(found, PairStyle)
+    return found
+
+
+def test_every_file_that_a_command_names_travels_with_the_deck(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Files of a pair_style mliap stand among its arguments; no list names them, and one is in another folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own").mkdir()
+    (tmp_path / "Cu").write_text("a file of the name of the element is not meant")
+    model = (tmp_path / "own/any.model").write_bytes(find_potential("Cu.nn.mliap.model").read_bytes())
+    words = ("model", "nn", "own/any.model", "descriptor", "sna", "Cu.snap.mliap.descriptor")
+    found = given(style="mliap", arguments=words, coefficients=(("*", "*", "Cu"),))
+    assert sorted(map(len, found.files.values()))[-1] == model
+    assert found.interactions().splitlines() == [
+        "pair_style      mliap model nn potential.2 descriptor sna potential.1",
+        "pair_coeff      * * Cu",
+    ]
+    assert energy(found) < 0
+
+
+def test_styles_that_are_added_up_are_those_alone() -> None:
+    name = "Cu_mishin1.eam.alloy"
+    words = (("*", "*", "eam/alloy", name, "Cu"), ("1", "1", "lj/cut", "0.1", "2.3"))
+    both = given(style="hybrid/overlay", arguments=("eam/alloy", "lj/cut", "5.0"), coefficients=words)
+    pairs = given(style="lj/cut", arguments=("5.0",), coefficients=(("*", "*", "0.1", "2.3"),))
+    alone = EmbeddedAtom.read(find_potential(name))
+    assert energy(both) == pytest.approx(energy(alone) + energy(pairs), rel=1e-12)
+    assert abs(energy(pairs)) > 0.1
 
 
 def test_a_potential_of_another_style_runs_end_to_end(tmp_path: Path):

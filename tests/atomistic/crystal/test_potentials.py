@@ -61,6 +61,33 @@ def test_a_missing_file_names_the_one_probably_meant():
             find_potential(name)
 
 
+@pytest.mark.parametrize(
+    ("name", "element"), [("Cu_mishin1.eam.alloy", "Cu"), ("Ni_u3.eam", None), ("AlFe_mm.eam.fs", "Al")]
+)
+def test_a_file_is_read_as_lammps_reads_it(tmp_path, name, element):
+    """With numbers too many and with comments, which change nothing; and refused where it is cut short."""
+    plain = EmbeddedAtom.read(find_potential(name), element)
+    lines = find_potential(name).read_text().rstrip().splitlines()
+    grid = 2 if name == "Ni_u3.eam" else 4
+    lines[grid] += "  # nrho, drho, nr, dr, cutoff"
+    lines[grid + 3 : grid + 3] = ["# a line between numbers", ""]
+    at = np.array([[0.0, 0, 0], [2, 2, 0.1]])
+
+    def energy(potential: EmbeddedAtom) -> float:
+        with Cell(potential, at, np.full(3, 4.0)) as cell:
+            return cell.evaluate(at)[0]
+
+    path = tmp_path / "own"
+    for end in ("\n0.0", " 0.0   # the end\n"):
+        path.write_text("\n".join(lines) + end)
+        own = EmbeddedAtom.read(path, element)
+        assert (own.style, own.element, own.mass, own.cutoff) == (plain.style, plain.element, plain.mass, plain.cutoff)
+        assert energy(own) == energy(plain) != 0
+    path.write_text("\n".join(lines[:-1]))
+    with pytest.raises(PotentialError, match=r"asks for \d+ numbers and it holds"):
+        EmbeddedAtom.read(path, element)
+
+
 @pytest.mark.parametrize("name", ["Cu.meam", "SiC.tersoff", "FeCr.cdeam", "PdHHe.eam.he", "README"])
 def test_a_file_of_another_kind_is_refused(name):
     with pytest.raises(PotentialError, match="not a potential of pair_style eam, eam/alloy or eam/fs"):
@@ -72,7 +99,7 @@ def test_a_file_of_another_kind_is_refused(name):
     [
         (b" 5.50678999999", b" -5.5067899999", "makes no sense"),
         (b"1 Cu\n", b"2 Cu\n", "announces 2 elements and names 1"),
-        (b"10001 0.00016", b"10002 0.00016", "asks for 20008 or 20008 numbers|asks for"),
+        (b"10001 0.00016", b"10002 0.00016", "asks for 30004 numbers and it holds"),
         (b"63.5499", b"-3.5499", "mass"),
         (b"UNITS: metal", b"UNITS: real ", "units are not metal"),
     ],

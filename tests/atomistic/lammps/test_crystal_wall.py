@@ -39,7 +39,9 @@ from tests.problems import two_ranks
 SHAPE = (5, 5)
 WALL = c.LennardJonesSpline(adhesion_length=0.05)
 FLAT = HeightSpline(np.zeros(SHAPE))
-ROUGH = HeightSpline(0.5 * np.random.default_rng(4).standard_normal(SHAPE))
+ROUGH = HeightSpline(
+    0.7 * np.sin(2 * np.pi * np.arange(5) / 5)[:, None] + 0.2 * np.random.default_rng(4).standard_normal(SHAPE)
+)
 TURNED = WallCrystal(form="bent", rows=(4, 3))
 """The lattice of the substrate, turned by 37 degrees: of 25 sites a side of 5 a0, one in 25 coincides."""
 
