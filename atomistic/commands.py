@@ -72,7 +72,9 @@ def deck(
     *,
     output: Annotated[Path | None, Parameter(help="directory of the deck (default: decks/NAME)")] = None,
     run: Annotated[bool, Parameter(help="run it at once and print its states")] = False,
-    force: Annotated[bool, Parameter(help="remove finished steps of another deck in that directory")] = False,
+    force: Annotated[
+        bool, Parameter(help="replace another deck in that directory with its finished steps, not other files")
+    ] = False,
     lmp_command: str | None = None,
 ) -> int:
     """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""

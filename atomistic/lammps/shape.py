@@ -309,14 +309,34 @@ def map_of(shape: Shape, size: tuple[int, int]) -> Real:
     return shape.evaluate(*np.meshgrid(*points, indexing="ij")).height
 
 
-def shape_notes(shape: Shape | None) -> tuple[str, ...]:
+def map_error(shape: Shape, size: tuple[int, int]) -> tuple[float, float]:
+    """Largest difference of heights, in a0, and of slopes, of the map of a formula from it, in the middles of cells."""
+    spline = HeightSpline(map_of(shape, size))
+    x, y = np.meshgrid(*(np.arange(n * _POINTS_PER_SPACING) + 0.5 for n in size), indexing="ij")
+    there, exact = spline.evaluate(x, y), shape.evaluate(x / _POINTS_PER_SPACING, y / _POINTS_PER_SPACING)
+    by_height, *by_slope = (
+        float(np.abs(scale * a - b).max())
+        for scale, a, b in zip((1, _POINTS_PER_SPACING, _POINTS_PER_SPACING), there, exact, strict=True)
+    )
+    return by_height, max(by_slope)
+
+
+def shape_notes(shape: Shape | None, size: tuple[int, int], plugin: bool) -> tuple[str, ...]:
     """Notes in a deck about its wall between the sites."""
-    if not isinstance(shape, HeightSpline):
+    if isinstance(shape, HeightSpline):
+        about, (by_height, by_slope) = "Between the sites the heights are a", shape.error
+        other = "the trigonometric interpolant"
+    elif shape is not None and plugin:
+        about, (by_height, by_slope) = (
+            f"The plugin has {_POINTS_PER_SPACING} heights in each a0, and a",
+            map_error(shape, size),
+        )
+        other = "the formula"
+    else:
         return ()
-    by_height, by_slope = shape.error
     return (
-        "Between the sites the heights are a periodic bicubic spline.  From the trigonometric interpolant it "
-        f"differs by at most {by_height:.1e} a0 in height and {by_slope:.1e} in slope.",
+        f"{about} periodic bicubic spline.  From {other} it differs by at most {by_height:.1e} a0 in height and "
+        f"{by_slope:.1e} in slope.",
     )
 
 

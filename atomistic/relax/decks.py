@@ -273,10 +273,10 @@ def deck_of(parts: DeckParts, progress: Progress | None = None) -> Deck:
         msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
         raise NotConvergedError(msg)
     tolerance = parts.solver.force_tolerance * scale
+    notes = parts.notes + shape_notes(shape, slab.shape, parts.wall_force == "plugin") + notes
     made = Deck(
         slab, model, wall, heights, separations[0], start, tolerance, rise=rise, protocol=protocol, shape=shape,
-        notes=parts.notes + shape_notes(shape) + notes, source=parts.source, stiffness=response.stiffness_q,
-        wall_tolerance=parts.solver.wall_tolerance,
+        notes=notes, source=parts.source, stiffness=response.stiffness_q, wall_tolerance=parts.solver.wall_tolerance,
     )  # fmt: skip
     return _acting(made, parts.wall_force, parts.wall_crystal)
 

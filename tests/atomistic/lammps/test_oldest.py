@@ -33,6 +33,14 @@ DECKS = {
         + '[protocol]\nkind = "sliding"\npressure = 0.05\ndistance = 0.04\n'
         "velocity = 0.02\ntemperature = 1e-6\nwindow = 1.0\n"
     ),
+    "a wall of atoms that slides over a metal": (
+        'follows = "atom"\nwall_force = "atoms"\n[wall_crystal]\nform = "bent"\nrows = [8, 0]\n'
+        + COPPER
+        + WAVE
+        + LAW
+        + '[protocol]\nkind = "sliding"\nseparation = 1.6\ndistance = 0.04\n'
+        "velocity = 0.02\ntemperature = 0.0\nwindow = 1.0\n"
+    ),
 }
 
 pytestmark = pytest.mark.skipif(not OLDEST.is_file(), reason="no old LAMMPS: `make test` brings it")

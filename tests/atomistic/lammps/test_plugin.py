@@ -19,7 +19,7 @@ from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.plugin import PluginError, pieces_of_law, plugin_library
-from atomistic.lammps.shape import HeightSpline, Waves, map_of
+from atomistic.lammps.shape import HeightSpline, Waves, map_error, map_of, shape_notes
 from continuum.model.walls import Wall
 from tests.atomistic.lammps.test_law import WALLS, spread
 from tests.problems import two_ranks
@@ -101,7 +101,13 @@ def test_a_wall_that_has_a_formula_is_a_map_four_times_as_fine(tmp_path):
     result = run_in_process(write_deck(tmp_path, deck))
     at = deck.slab.positions[0] + result.displacements[0]
     # (q h)^4/384 with wavelengths of 4.07 a0 and more, and points a quarter of an a0 apart: 6e-5 of 0.15 a0.
-    assert np.abs(result.heights - waves.evaluate(at[..., 0], at[..., 1]).height).max() < 1e-5
+    apart = np.abs(result.heights - waves.evaluate(at[..., 0], at[..., 1]).height).max()
+    assert apart < 1e-5
+    by_height, by_slope = map_error(waves, SHAPE)
+    # What a deck says of its map is largest in the middles of the cells, or hardly larger elsewhere.
+    assert 0.3 * apart < by_height < 1e-5
+    assert f"{by_height:.1e} a0 in height and {by_slope:.1e} in slope" in shape_notes(waves, SHAPE, plugin=True)[0]
+    assert shape_notes(waves, SHAPE, plugin=False) == ()
 
 
 @compiler

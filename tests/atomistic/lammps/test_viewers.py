@@ -11,6 +11,7 @@ import pytest
 
 import atomistic as a
 import continuum as c
+from atomistic.lammps.session import LammpsHandle
 from atomistic.relax.deckrun import DeckRun
 from atomistic.show.decks import draw_deck_run
 from continuum.app.states import OpenedResults
@@ -56,10 +57,37 @@ def test_ase_reads_every_file_with_the_right_species(run):
         assert len(atoms) == size
         assert tuple(atoms.pbc) == (True, True, False)
         assert atoms.cell.lengths()[0] == pytest.approx(GRID.shape[0] * run.description.length)
-    style = "bond" if "springs" in run.description.model else "atomic"
-    data = ase.io.lammpsdata.read_lammps_data(run.directory / "slab.data", atom_style=style, units="metal")
+    data = ase.io.lammpsdata.read_lammps_data(run.directory / "slab.data", atom_style=style(run), units="metal")
     assert len(data) == slab.size
     assert set(data.get_chemical_symbols()) == {run.description.element}
+
+
+def style(run: DeckRun) -> str:
+    return "bond" if "springs" in run.description.model else "atomic"
+
+
+def test_a_plain_read_data_reads_the_slab(run):
+    with LammpsHandle(run.directory) as lammps:
+        lammps.command(f"atom_style {style(run)}", "boundary p p f", "read_data slab.data")
+        at = lammps._gathered("x").reshape(-1, 3)
+    assert len(at) == run.last.slab.size
+    data = ase.io.lammpsdata.read_lammps_data(run.directory / "slab.data", atom_style=style(run), units="metal")
+    assert np.allclose(at[:, 2], data.positions[:, 2], rtol=0, atol=1e-12)
+
+
+def test_pymatgen_reads_the_slab(run):
+    lammps = pytest.importorskip("pymatgen.io.lammps.data", reason="pymatgen is not installed")
+    found = lammps.LammpsData.from_file(str(run.directory / "slab.data"), atom_style=style(run))
+    assert len(found.atoms) == run.last.slab.size
+
+
+def test_mdanalysis_reads_the_slab(run):
+    mdanalysis = pytest.importorskip("MDAnalysis", reason="MDAnalysis is not installed")
+    columns = "id resid type x y z" if style(run) == "bond" else "id type x y z"
+    found = mdanalysis.Universe(str(run.directory / "slab.data"), format="DATA", atom_style=columns)
+    assert len(found.atoms) == run.last.slab.size
+    top = found.atoms.positions[: GRID.size, 2]
+    assert np.allclose(top, run.description.length * run.description.surface, rtol=0, atol=1e-5)  # single precision
 
 
 @needs_ovito
@@ -99,8 +127,7 @@ def test_ovito_reads_the_data_file(run):
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     from ovito.io import import_file
 
-    style = "bond" if "springs" in run.description.model else "atomic"
-    seen = import_file(str(run.directory / "slab.data"), atom_style=style).compute()
+    seen = import_file(str(run.directory / "slab.data"), atom_style=style(run)).compute()
     assert seen.particles.count == run.last.slab.size
     assert {kind.name for kind in seen.particles.particle_types.types} == {run.description.element}
 
