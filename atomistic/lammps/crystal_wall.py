@@ -241,6 +241,7 @@ def interactions_beside(model: Model, strength: float) -> str:
                 f"pair_style      hybrid/overlay {' '.join(words)} {PAIR} {cutoff}",
                 f"pair_coeff      1 2 {numbered} {depth} {sigma}",
                 "pair_coeff      2 2 none",
+                "neigh_modify    exclude type 2 2",
             ]
         elif command == "pair_coeff":
             # Styles that name the element of each type have none for the wall; others are of pairs of type 1.

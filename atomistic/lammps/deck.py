@@ -134,7 +134,7 @@ class Deck:
                 )
                 raise ArgumentError("wall_force", self.wall_force, allowed)
             instance("wall_crystal", self.wall_crystal, WallCrystal)
-            assert self.crystal is not None  # or what it cannot be is said
+            crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)  # or what it cannot be is said
         number("wall_tolerance", self.wall_tolerance, above=0)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")

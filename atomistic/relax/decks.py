@@ -343,6 +343,8 @@ def parts_under(
     measured = model_of(model)
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
     require_steps(steps, slab, measured, wall, heights)
+    if shape is not None and force == "atoms":
+        crystal_wall(wall, shape, slab.shape, crystal)  # what it cannot be is said before anything is solved
     return DeckParts(slab, measured, wall, heights, steps, shape, force, DeckSolverTable(), wall_crystal=crystal)
 
 

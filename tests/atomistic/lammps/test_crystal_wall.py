@@ -273,3 +273,24 @@ def test_check_finds_a_wall_of_atoms_that_overlaps_the_surface(
     path.write_text(TIP.format(separation=1.2, adhesion_length=0.0))
     assert main(["check", str(path)]) == 2
     assert "a law with a work of adhesion" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[interatomic]", "[wall_crystal]\nrows = [5, 0]\n[interatomic]", "rows = [5, 0] allowed: (p, q) of 0 or more"),
+        ("[interatomic]", "[wall_crystal]\nrows = [6, -4]\n[interatomic]", "rows = [6, -4] allowed"),
+        ("radius = 8.0", "radius = 20.0", '"bent" where planes 0.71 a0 apart are too coarse'),
+        ('"atoms"', '"plugin"\n[wall_crystal]\nform = "bent"', "a table of a wall with wall_force"),
+    ],
+)
+def test_check_says_what_crystal_a_wall_cannot_be(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, words: str
+) -> None:
+    lines = TIP.format(separation=1.2, adhesion_length=0.005).replace("separation = 1.2\n", "")
+    path = tmp_path / "tip.toml"
+    path.write_text("separation = 1.2\n" + lines.replace(old, new))
+    assert main(["check", str(path)]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "wall_crystal" in said
+    assert words in said
