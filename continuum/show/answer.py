@@ -10,7 +10,7 @@ from continuum.show.prediction_data import ranges, remedy_options
 from continuum.sticky.criteria import AREA, CRITERIA, Answer
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
-from continuum.sticky.record import turning_margin
+from continuum.sticky.record import outside, turning_margin
 from continuum.sticky.simulate import UnresolvedError, resolvable, shortest_range
 from continuum.sticky.solved_turn import PATIENCE, expected_pairs
 from continuum.sticky.verdict import (
@@ -237,7 +237,11 @@ def _probe(prediction: Prediction, probe: ProbePullOff) -> str:
 
 def _paper(prediction: Prediction) -> str:
     estimate = prediction.paper
-    low, high = (turning_margin((CRITERIA[estimate.key],), prediction.contact, p) for p in (1 - SURE, SURE))
+    criteria = (CRITERIA[estimate.key],)
+    record = "its record has no such surfaces"
+    if not outside(criteria, prediction.contact):
+        low, high = (turning_margin(criteria, prediction.contact, p) for p in (1 - SURE, SURE))
+        record = f"its record has the turn between {low:.2g} and {high:.2g} (10 and 90 %)"
     doubt = ", but it is out of its range (see the warnings)"
     if prediction.excluding:
         doubt = ", but its record has other surfaces"
@@ -245,7 +249,4 @@ def _paper(prediction: Prediction) -> str:
         doubt = "" if estimate.valid else ", judged with smaller heights"
     mended = prediction.mended
     more = "" if mended is None else f".  With the faults corrected its margin is {mended.paper.margin:.3g}"
-    return (
-        f"The paper's Eq. (6) has a margin of {estimate.margin:.3g}; its record has the turn between {low:.2g} "
-        f"and {high:.2g} (10 and 90 %){doubt}{more}"
-    )
+    return f"The paper's Eq. (6) has a margin of {estimate.margin:.3g}; {record}{doubt}{more}"

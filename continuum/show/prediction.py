@@ -132,13 +132,14 @@ def _verdicts(prediction: Prediction) -> Sheet:
         work = estimate.turning_work(prediction.contact) or 0.0
         record = "no record: a necessary condition"
         if support is not None:
-            alike = "similar surfaces" if support.similar else "surfaces of the record, none of them similar"
-            record = f"{percent(support.probability)} sticky, of {support.count} {alike}"
+            record = f"{percent(support.probability)} sticky, of {support.count} similar surfaces"
+        elif vote.outside:
+            record = "none of such surfaces"
         rows.append(
             (
                 estimate.name,
                 f"{estimate.symbol} = {estimate.value:.4g}",
-                "-" if prediction.excluding else necessary if support is None else vote.answer,
+                "-" if prediction.excluding or vote.outside else necessary if support is None else vote.answer,
                 f"{estimate.margin:.4g}",
                 record,
                 pressure(modulus),

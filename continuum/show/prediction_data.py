@@ -7,7 +7,6 @@ from dataclasses import asdict
 from typing import Any
 
 from continuum.show.sheet import Sheet
-from continuum.sticky.criteria import verdicts
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.verdict import flattened, judge, unmeasured, votes
 from continuum.topography.faults import MapFault
@@ -56,11 +55,12 @@ def row(prediction: Prediction) -> dict[str, str | float | None]:
 def ranges(prediction: Prediction) -> dict[str, str]:
     """Whether each criterion, by its key, is in its range and counts in the verdict: yes, or no with the reason."""
     excluded = ", ".join(fault.kind for fault in prediction.excluding)
-    judged = {one.key for one in verdicts(flattened(prediction.contact)) if one.valid}
+    cast = {vote.estimate.key: vote for vote in votes(flattened(prediction.contact))}
 
     def said(key: str, why: str) -> str:
-        if excluded or key not in judged:
-            return f"no: {excluded or why}"
+        vote = cast[key]
+        if excluded or vote.outside or not vote.estimate.valid:
+            return f"no: {excluded or (vote.outside if vote.estimate.valid else why)}"
         return f"yes, with smaller heights: {why}" if why else "yes"
 
     return {one.key: said(one.key, "; ".join(one.why)) for one in prediction.verdicts}

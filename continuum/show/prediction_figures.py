@@ -116,7 +116,8 @@ def _draw_chances(axis: Axes, prediction: Prediction) -> None:
     for i in prediction.distinct:
         criterion = CRITERIA[prediction.verdicts[i].key]
         if criterion.sufficient:
-            y = [support((criterion,), one).probability for one in cast]
+            supported = [support((criterion,), one) for one in cast]
+            y = [np.nan if one is None else one.probability for one in supported]
             axis.semilogx(x, y, styles[i], color=_COLOURS[i], markersize=3, label=criterion.name)
     together = [None if prediction.excluding else judge_contact(one).probability for one in cast]
     if any(chance is not None for chance in together):

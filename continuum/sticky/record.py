@@ -7,21 +7,24 @@ repulsive area changes its sign on approach, and with one work of adhesion and t
 with the work at which they turn; its moments are those of the upper twentieth of the points.
 
 An exact criterion has a margin of 1 at the turn.  The probability that a contact with a given margin is sticky is the
-share of surfaces that turned at a smaller one; the mean margin of several theories has a record in the same way.
+share of similar surfaces that turned at a smaller one; the mean margin of several theories has a record in the same
+way.
 
 Elasticity is linear and slopes are small: heights stretched by s, with a range s times as long and s² times the work,
-have the same contact.  A contact is therefore characterised by the range of attraction over h_rms and over δh =
-h'²/h''.  Surfaces are similar if both are within a factor of :data:`SIMILAR` of those of the contact.
+have the same contact.  A contact is therefore characterised by the numbers of :data:`_NUMBERS`.  The record says
+nothing of a contact of which one lies outside of those of the surfaces that turned (:func:`outside`).  Surfaces are
+similar if their first two numbers are within a factor of :data:`SIMILAR` of those of the contact.
 """
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import bisect
 
 from continuum.model.fourier import Real
@@ -33,10 +36,17 @@ _FILES: dict[Part, str] = {"map": "record.csv", "summits": "summits.csv"}
 _COLUMNS = ("rms_height", "rms_slope", "rms_curvature", "work", "range", "conformal_energy")
 SIMILAR = 3.0
 FEWEST = 10
-"""Smallest number of similar surfaces; with fewer, the whole record is used."""
-ELSEWHERE = 3.0
-"""Factor by which a margin is then moved towards the turn: theories drift by as much over the ranges of the record."""
+"""Smallest number of similar surfaces that turned; with fewer the record says nothing."""
+_NUMBERS: Mapping[str, Callable[[RoughContact], float]] = {
+    "Δr/h_rms": lambda c: c.range / c.rms_height,
+    "Δr h''/h'²": lambda c: c.range * c.rms_curvature / c.rms_slope**2,
+    "h_rms h''/h'²": lambda c: c.rms_height * c.rms_curvature / c.rms_slope**2,
+    "U/(E* h_rms h')": lambda c: (c.conformal_energy or np.nan) / (c.contact_modulus * c.rms_height * c.rms_slope),
+    "λ_L h'/h_rms": lambda c: (c.roll_off or np.nan) * c.rms_slope / c.rms_height,
+}
+"""Numbers of a contact that stretched heights do not change, NaN where unknown; the last only for criteria of λ_L."""
 _FAR = 30.0  # beyond the logarithm of any margin
+_ROUNDING = 1e-6  # numbers of a stretched contact differ by it
 Left = Callable[["Surface"], bool]
 """Function that is True for surfaces to leave out, so that the record can be tested on unseen surfaces."""
 
@@ -59,18 +69,14 @@ class Support:
     probability: float
     """Probability that the contact is sticky."""
     count: int
-    """Number of surfaces used at this margin."""
-    similar: bool
-    """Whether they are similar to the contact; otherwise they are the whole record."""
+    """Number of similar surfaces of which this is known at this margin."""
 
 
 Supports = Callable[[float], Support]
 
 
-def _ratios(contact: RoughContact) -> tuple[float, float]:
-    """The range over the height and over the change of height in the contact."""
-    change = contact.rms_slope**2 / contact.rms_curvature
-    return contact.range / contact.rms_height, contact.range / change
+def _numbers(contact: RoughContact) -> list[float]:
+    return [number(contact) for number in _NUMBERS.values()]
 
 
 @cache
@@ -88,10 +94,10 @@ def recorded(part: Part = "map") -> tuple[Surface, ...]:
 
 @cache
 def _kinds(part: Part) -> tuple[Real, Real]:
-    """Logarithms of the ratios of each surface, and 1 if it was sticky, -1 if not, 0 at the turn."""
+    """Logarithms of the numbers of each surface, and 1 if it was sticky, -1 if not, 0 at the turn."""
     surfaces = recorded(part)
-    ratios = np.log([_ratios(surface.contact) for surface in surfaces])
-    return ratios, np.array([{None: 0.0, True: 1.0, False: -1.0}[surface.sticky] for surface in surfaces])
+    numbers = np.log([_numbers(surface.contact) for surface in surfaces])
+    return numbers, np.array([{None: 0.0, True: 1.0, False: -1.0}[surface.sticky] for surface in surfaces])
 
 
 @cache
@@ -105,39 +111,67 @@ def mean_margin(criteria: tuple[Criterion, ...], contact: RoughContact) -> float
     return float(np.mean([np.log(criterion(contact).margin or np.nan) for criterion in criteria]))
 
 
+def outside(
+    criteria: tuple[Criterion, ...], contact: RoughContact, without: Left | None = None, part: Part = "map"
+) -> str:
+    """Why the record of criteria says nothing of a contact, in words; empty if it has surfaces like this."""
+    numbers, kind = _kinds(part)
+    turned = numbers[_heard(without, part) & (kind == 0)]
+    known = len(_NUMBERS) - (not any(criterion.needs == "roll_off" for criterion in criteria))
+    for name, value, its in zip(list(_NUMBERS)[:known], _numbers(contact), turned.T, strict=False):
+        low, high = (float(np.exp(end)) for end in (its.min(initial=_FAR), its.max(initial=-_FAR)))
+        if value < low * (1 - _ROUNDING) or value > high * (1 + _ROUNDING):
+            return f"{name} = {value:.2g} is not between {low:.2g} and {high:.2g}, as on the surfaces of the record"
+    count = int(_near(turned, contact).sum())
+    return "" if count >= FEWEST else f"{count} surfaces of the record are similar, fewer than {FEWEST}"
+
+
 def support(
     criteria: tuple[Criterion, ...], contact: RoughContact, without: Left | None = None, part: Part = "map"
-) -> Support:
-    """Probability that a contact is sticky, from the mean margin of criteria on it and on the surfaces of the record.
+) -> Support | None:
+    """Probability that a contact is sticky, from the mean margin of criteria on it and on similar surfaces.
 
-    The criteria are one or several of :data:`continuum.sticky.criteria.CRITERIA`.
+    The criteria are one or several of :data:`continuum.sticky.criteria.CRITERIA`; None if it is :func:`outside`.
     """
+    if outside(criteria, contact, without, part):
+        return None
     return _supports(criteria, contact, without, part)(mean_margin(criteria, contact))
 
 
 def turning_margin(
     criteria: tuple[Criterion, ...], contact: RoughContact, probability: float = 0.5, part: Part = "map"
 ) -> float:
-    """Mean margin at which criteria support a probability that a contact like this is sticky."""
+    """Mean margin at which criteria support a probability that a contact like this is sticky.
+
+    Raises ValueError if the contact is :func:`outside` of their record.
+    """
+    if why := outside(criteria, contact, None, part):
+        raise ValueError(why)
     supported = _supports(criteria, contact, None, part)
     # A hundredth is finer than the differences between surfaces of the record.
     found = bisect(lambda margin: supported(margin).probability - probability, -_FAR, _FAR, xtol=0.01)
     return float(np.exp(found))
 
 
+@lru_cache(maxsize=4)
+def _heard(without: Left | None, part: Part) -> NDArray[np.bool_]:
+    """Surfaces of the record that are not left out."""
+    return np.array([without is None or not without(surface) for surface in recorded(part)])
+
+
+def _near(numbers: Real, contact: RoughContact) -> NDArray[np.bool_]:
+    """Surfaces similar to a contact."""
+    return np.asarray(np.all(np.abs(numbers[:, :2] - np.log(_numbers(contact)[:2])) <= np.log(SIMILAR), axis=1))
+
+
 def _supports(criteria: tuple[Criterion, ...], contact: RoughContact, without: Left | None, part: Part) -> Supports:
-    """The record for a contact, as a function of the logarithm of the mean margin."""
-    margins, (ratios, kind) = _margins(criteria, part), _kinds(part)
-    heard = np.array([without is None or not without(surface) for surface in recorded(part)])
-    near = heard & np.all(np.abs(ratios - np.log(_ratios(contact))) <= np.log(SIMILAR), axis=1)
+    """The similar surfaces of the record, as a function of the logarithm of the mean margin."""
+    margins, (numbers, kind) = _margins(criteria, part), _kinds(part)
+    near = _heard(without, part) & _near(numbers, contact)
 
     def at(margin: float) -> Support:
         sticky, count = _count(margins[near], kind[near], margin)
-        if count >= FEWEST:
-            return Support((sticky + 0.5) / (count + 1), count, True)
-        nearer = float(np.sign(margin) * max(abs(margin) - np.log(ELSEWHERE), 0.0))
-        sticky, count = _count(margins[heard], kind[heard], nearer)
-        return Support((sticky + 0.5) / (count + 1), count, False)
+        return Support((sticky + 0.5) / (count + 1), count)
 
     return at
 

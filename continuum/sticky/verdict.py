@@ -5,7 +5,8 @@ is taken.  A faulty map is compared with the corrected map: if the verdicts diff
 verdict is not firm, the answer is undecided.  It is also undecided on a map unlike those of the record, and if waves
 that were not measured would change it (:mod:`continuum.sticky.continuation`).
 
-The record gives the probability for each margin (:mod:`continuum.sticky.record`).  A map whose summits are not those
+The record gives the probability for each margin (:mod:`continuum.sticky.record`), and only on surfaces that are like
+its own: elsewhere a theory does not count.  A map whose summits are not those
 of a Gaussian surface is judged by its summits, with their own record, if that has similar surfaces.
 """
 
@@ -17,7 +18,7 @@ import numpy as np
 from continuum import units
 from continuum.sticky.criteria import CRITERIA, LARGEST_SLOPE, Answer, Criterion, Estimate, RoughContact, verdicts
 from continuum.sticky.prediction import Prediction, summit_contact
-from continuum.sticky.record import Left, Part, Support, mean_margin, support, turning_margin
+from continuum.sticky.record import Left, Part, Support, mean_margin, outside, support, turning_margin
 from continuum.topography.faults import NOT_GAUSSIAN
 
 _length = partial(units.readable, quantity="length", digits=3)
@@ -40,18 +41,20 @@ class Vote:
 
     estimate: Estimate
     support: Support | None
-    """None for a necessary condition, which has no record."""
+    """None for a necessary condition, which has no record, and outside of the record."""
+    outside: str = ""
+    """Why the record says nothing of the contact; empty if it does."""
 
     @property
     def answer(self) -> Answer:
         """Undecided if the support lies between 1 - :data:`SURE` and SURE."""
         if self.support is None:
-            return "undecided" if self.estimate.sticky else "not sticky"
+            return "undecided" if self.estimate.sticky or self.outside else "not sticky"
         return answer_at(self.support.probability)
 
     @property
     def counts(self) -> bool:
-        """Whether the theory is in its range, and not only a necessary condition."""
+        """Whether theory and contact are in their ranges, and it is not only a necessary condition."""
         return self.estimate.valid and self.support is not None
 
 
@@ -85,8 +88,14 @@ class MissingWaves:
 
 def votes(contact: RoughContact, without: Left | None = None) -> tuple[Vote, ...]:
     """The vote of every criterion that the contact allows, in the order of :data:`CRITERIA`."""
-    asked = ((one, CRITERIA[one.key]) for one in verdicts(contact))
-    return tuple(Vote(one, support((entry,), contact, without) if entry.sufficient else None) for one, entry in asked)
+
+    def vote(estimate: Estimate) -> Vote:
+        entry = (CRITERIA[estimate.key],)
+        if not entry[0].sufficient:
+            return Vote(estimate, None)
+        return Vote(estimate, support(entry, contact, without), outside(entry, contact, without))
+
+    return tuple(map(vote, verdicts(contact)))
 
 
 def judge(prediction: Prediction, without: Left | None = None) -> Verdict:
@@ -243,9 +252,11 @@ def flattened(contact: RoughContact) -> RoughContact:
 
 
 def _heard(contact: RoughContact, without: Left | None) -> Verdict:
-    heard = [vote for vote in votes(contact, without) if vote.counts]
+    cast = votes(contact, without)
+    heard = [vote for vote in cast if vote.counts]
     if not heard:
-        return Verdict("undecided", None, ("no theory is in its range",))
+        unlike = dict.fromkeys(vote.outside for vote in cast if vote.estimate.valid and vote.outside)
+        return Verdict("undecided", None, tuple(unlike) or ("no theory is in its range",))
     said = {
         answer: f"{answer}: {', '.join(vote.estimate.name for vote in heard if vote.answer == answer)}"
         for answer in ("sticky", "not sticky")
@@ -267,8 +278,8 @@ def _heard_of_summits(contact: RoughContact, without: Left | None) -> Verdict:
     found = criterion(contact)
     if not found.valid:
         return Verdict("undecided", None, (f"of the summits, {'; '.join(found.why)}",))
-    if not support((criterion,), contact, without, "summits").similar:
-        return Verdict("undecided", None, ("no surfaces of the record have such summits",))
+    if unlike := outside((criterion,), contact, without, "summits"):
+        return Verdict("undecided", None, (f"no surfaces of the record have such summits: {unlike}",))
     return _together((criterion,), contact, "energy that flattens the summits", without, "summits")
 
 
@@ -276,9 +287,10 @@ def _together(
     criteria: tuple[Criterion, ...], contact: RoughContact, names: str, without: Left | None, part: Part
 ) -> Verdict:
     found = support(criteria, contact, without, part)
+    if found is None:
+        return Verdict("undecided", None, (outside(criteria, contact, without, part),))
     margins = turning_margin(criteria, contact, part=part), np.exp(mean_margin(criteria, contact))
-    alike = "similar surfaces" if found.similar else "surfaces, none of them similar"
-    why = (f"{names}, by {found.count} {alike}",)
+    why = (f"{names}, by {found.count} similar surfaces",)
     turn = float(contact.work_of_adhesion * margins[0] / margins[1])
     return Verdict(answer_at(found.probability), found.probability, why, turn)
 

@@ -31,7 +31,7 @@ def predicted(slope: float, worn: bool = False, factor: float = 1.0) -> Predicti
         heights = np.minimum(heights, np.quantile(heights, 0.8))
     pixel = 1e-9
     size = (pixel * grid.lengths[0], pixel * grid.lengths[1])
-    interface = Interface(1e9, factor * 1e-6 * pixel * 1e9, 0.02 * slope * pixel, pixel)
+    interface = Interface(1e9, factor * 1e-6 * pixel * 1e9, 0.6 * slope * pixel, pixel)
     return prediction_of([Topography(pixel * heights, size, periodic=True)], interface)
 
 

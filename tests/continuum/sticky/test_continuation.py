@@ -144,13 +144,13 @@ def test_a_solved_turn_moves_as_that_of_the_theories_does(factor: float, expecte
 
     At four times the turn the bearing area and Maugis' asperities contradict one another, so that it is undecided.
     """
-    found = sticky_overview(3e-3, smallest=2 * NM)
+    found = sticky_overview(3e-3, smallest=6 * NM)
     shift = turn_shift(found)
     assert shift is not None
     assert 1.1 < shift < 4.0
     solved = solve_turn(found.facing, found.interface)
     work = factor * (solved.most if factor > 1 else solved.work)
-    again = replace(sticky_overview(work, smallest=2 * NM), turn=solved)
+    again = replace(sticky_overview(work, smallest=6 * NM), turn=solved)
     assert again.solved_sticky is (factor > 1)
     assert answer_of(again) == expected
     said = statements(again)[0]

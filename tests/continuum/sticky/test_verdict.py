@@ -11,10 +11,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter
 
+import continuum as c
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine
 from continuum.sticky.criteria import CRITERIA, RoughContact
-from continuum.sticky.record import Surface, recorded, support, turning_margin
-from continuum.sticky.verdict import SURE, judge_contact, votes
+from continuum.sticky.record import FEWEST, SIMILAR, Surface, outside, recorded, support, turning_margin
+from continuum.sticky.verdict import SURE, judge, judge_contact, votes
 
 TURNS = [surface for surface in recorded() if surface.sticky is None]
 STATES = [surface for surface in recorded() if surface.sticky is not None]
@@ -41,7 +45,9 @@ def test_every_criterion_that_votes_has_a_margin_on_every_surface_of_the_record(
     assert all(key == criterion.key for key, criterion in CRITERIA.items())
     assert len({criterion.name for criterion in CRITERIA.values()}) == len(CRITERIA)
     contact = recorded()[0].contact
-    assert [vote.estimate.key for vote in votes(contact) if vote.support is not None] == keys
+    cast = votes(contact)
+    assert [vote.estimate.key for vote in cast if CRITERIA[vote.estimate.key].sufficient] == keys
+    assert all((vote.support is None) is (vote.outside != "") for vote in cast if vote.estimate.key in keys)
     for key in keys:
         assert all((CRITERIA[key](surface.contact).margin or 0) > 0 for surface in recorded())
 
@@ -55,7 +61,8 @@ def test_the_vote_is_right_on_the_states_that_the_turns_have_not_seen() -> None:
     right = said[True, True] + said[False, False]
     # Ten surfaces that agree support 95 %: one of twenty that are decided may differ.
     assert wrong <= (right + wrong) / 20
-    assert (right, wrong) == (363, 1)
+    # Half of the states lie outside of the box of the turns, most of them with a shorter range over h_rms.
+    assert (right, wrong) == (181, 1)
 
 
 def test_the_paper_alone_misses_sticky_surfaces_and_calls_none_sticky_that_is_not() -> None:
@@ -80,9 +87,9 @@ def test_far_from_its_turn_a_surface_has_its_verdict_and_hardly_ever_another(
 def test_more_adhesion_is_never_less_probable_to_stick(surface: Surface, power: float, more: float) -> None:
     def chance(factor: float) -> float:
         contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
-        return support(
-            (CRITERIA["half-conformal-energy"],), contact, lambda other: other.sticky is not None
-        ).probability
+        found = support((CRITERIA["half-conformal-energy"],), contact, lambda other: other.sticky is not None)
+        assert found is not None
+        return found.probability
 
     assert chance(10**power) <= chance(10 ** (power + more))
 
@@ -105,18 +112,102 @@ def test_a_stretched_surface_has_the_same_record(surface: Surface, stretch: floa
 
 def test_between_the_certain_ones_the_answer_is_undecided() -> None:
     def undecided(without: Callable[[Surface], bool] | None = None) -> int:
-        found = [
-            support((CRITERIA["half-conformal-energy"],), surface.contact, without).probability for surface in TURNS
-        ]
-        return sum(1 - SURE < chance < SURE for chance in found)
+        found = [support((CRITERIA["half-conformal-energy"],), surface.contact, without) for surface in TURNS]
+        return sum(one is not None and 1 - SURE < one.probability < SURE for one in found)
 
     # That is what a probability means: of ten surfaces eight turn between 10 and 90 % of those that turn.
     assert undecided(lambda other: other.sticky is not None) >= 0.8 * len(TURNS)
     # States count where they say something of a margin, which moves the probability away from the turns' own.
     assert undecided() == 574
-    steep = replace(TURNS[0].contact, rms_slope=0.5)
-    assert not support((CRITERIA["half-conformal-energy"],), steep).similar
-    assert judge_contact(steep).answer == "undecided"
+
+
+BASE = next(surface.contact for surface in TURNS if 0.4 < surface.contact.range / surface.contact.rms_height < 0.6)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(
+    ("key", "changed", "said"),
+    [
+        ("half-conformal-energy", {"range": BASE.range / 20}, "Δr/h_rms = "),
+        ("half-conformal-energy", {"rms_curvature": BASE.rms_curvature / 50}, "Δr h''/h'² = "),
+        ("half-conformal-energy", {"rms_height": BASE.rms_height / 3, "range": BASE.range / 3}, "h_rms h''/h'² = "),
+        ("half-conformal-energy", {"conformal_energy": 2 * (BASE.conformal_energy or 1)}, "U/(E* h_rms h') = "),
+        ("bearing-area", {"roll_off": 50 * (BASE.roll_off or 1)}, "λ_L h'/h_rms = "),
+    ],
+)
+def test_outside_of_the_box_of_the_record_no_theory_counts(
+    key: str, changed: dict[str, float], said: str, factor: float
+) -> None:
+    """Each number by itself, at every work of adhesion."""
+    contact = replace(BASE, work_of_adhesion=factor * BASE.work_of_adhesion)
+    inside, beyond = (
+        {vote.estimate.key: vote for vote in votes(one)}[key] for one in (contact, replace(contact, **changed))
+    )
+    assert inside.outside == ""
+    assert inside.support is not None
+    assert beyond.outside.startswith(said)
+    assert "as on the surfaces of the record" in beyond.outside
+    assert beyond.support is None
+    assert not beyond.counts
+    assert beyond.answer == "undecided"
+    with pytest.raises(ValueError, match="is not between"):
+        turning_margin((CRITERIA[key],), replace(contact, **changed))
+    if key != "bearing-area":  # the others do not ask for λ_L
+        verdict = judge_contact(replace(contact, **changed))
+        assert (verdict.answer, verdict.probability, verdict.turn) == ("undecided", None, None)
+
+
+def posts() -> np.ndarray:
+    """Flat-topped, on a lattice of 16 pixels, with soft edges."""
+    x, y = np.indices((128, 128)) % 16
+    return gaussian_filter(((np.abs(x - 8) < 5.7) & (np.abs(y - 8) < 5.7)).astype(float), 4, mode="wrap")
+
+
+def egg_box() -> np.ndarray:
+    x, y = np.indices((128, 128)) * 2 * np.pi / 32
+    return np.cos(x) * np.cos(y)
+
+
+def film() -> np.ndarray:
+    """Gaussian: only its range is unlike those of the record."""
+    return SelfAffine(0.8, 0.1, 8.0, 64.0).synthesise(Grid.square(128), np.random.default_rng(1))
+
+
+@pytest.mark.parametrize(
+    ("heights", "rms", "reach"),
+    [(film(), 100.0, 0.5), (egg_box(), 5.0, 1.0), (egg_box(), 5.0, 2.0), (posts(), 5.0, 1.0)],
+)
+def test_surfaces_that_nobody_has_solved_have_no_percentage_at_any_work(
+    heights: np.ndarray, rms: float, reach: float
+) -> None:
+    """An elastomer, whose range is a two-hundredth of its heights; lattices of equal summits.
+
+    These stick at 1 to 4 % of the energy that flattens them, a tenth of what random surfaces of such moments need.
+    """
+    for work in ("0.3mJ/m2", "3mJ/m2", "30mJ/m2", "300mJ/m2"):
+        found = c.predict(
+            rms * heights / heights.std(), size="18um", unit="nm", periodic=True, smallest="282nm",
+            modulus="2MPa", poisson=0.5, work=work, range=f"{reach}nm", solve=False,
+        )  # fmt: skip
+        verdict = judge(found)
+        assert (verdict.answer, verdict.probability, verdict.turn) == ("undecided", None, None)
+        assert "of the record" in verdict.why[0]
+        assert "%" not in found.sentence.partition("Full contact")[0]
+
+
+def test_similar_surfaces_are_similar() -> None:
+    """In a corner of the box where hardly any surface is, nothing is said; with few left, neither."""
+    few = sorted(TURNS, key=lambda one: np.linalg.norm(_place(one.contact) - _place(BASE)))[:FEWEST]
+    for kept, silent in ((few, False), (few[1:], True)):
+        why = outside((CRITERIA["fuller-tabor"],), BASE, lambda other, kept=kept: other not in kept)
+        assert bool(why) is silent
+    for surface in few:
+        assert np.all(np.abs(_place(surface.contact) - _place(BASE)) <= np.log(SIMILAR))
+
+
+def _place(contact: RoughContact) -> np.ndarray:
+    change = contact.rms_slope**2 / contact.rms_curvature
+    return np.log([contact.range / contact.rms_height, contact.range / change])
 
 
 SUMMITS = recorded("summits")
@@ -179,17 +270,14 @@ def test_the_printed_probability_decides_and_theories_that_contradict_have_none(
         # The turn is where the probability passes one half: it lies to the side that is said.
         if abs(chance - 0.5) > 0.1:
             assert (found.turn < surface.contact.work_of_adhesion) is (chance > 0.5)
-    # An energy that does not go with the moments: the paper's criterion and those of full contact then differ.
-    ranged = [surface.contact for surface in TURNS if CRITERIA["pastewka-robbins"](surface.contact).valid]
-    sure = next(
-        replace(one, work_of_adhesion=0.05 * one.work_of_adhesion) for one in ranged if one.range < one.rms_height
+    # A roll-off that does not go with the moments: the bearing area, which alone asks for it, then differs.
+    near = (
+        replace(one, roll_off=5 * (one.roll_off or 1.0), work_of_adhesion=0.5 * one.work_of_adhesion)
+        for one in (surface.contact for surface in TURNS[::5])
     )
-    strange = replace(sure, conformal_energy=1e-4 * (sure.conformal_energy or 1.0), roll_off=None)
-    assert judge_contact(sure).answer == "not sticky"
-    said = judge_contact(strange)
+    said = next(found for found in map(judge_contact, near) if found.why and "contradict" in found.why[0])
     assert said.answer == "undecided"
     assert said.probability is None
-    assert "contradict" in said.why[0]
 
 
 @given(st.sampled_from(TURNS), st.floats(0.31, 3.0), st.sampled_from([1e-3, 0.05, 0.5, 2.0]))
