@@ -59,6 +59,22 @@ def faulty(kind: str, seed: int = 1) -> Topography:
         heights = cut_out(seed=seed, n=3 * nx)[:nx, ::3] * PIXEL
     elif kind == "non-Gaussian heights":
         heights = rms / 2 * np.sinh(1.3 * heights / rms)
+    elif kind == "grooves":
+        heights[:, rng.choice(np.arange(5, ny - 5, 3), 6, replace=False)] -= 12 * step
+    elif kind == "height steps":
+        level = np.ptp(heights) / 24
+        heights = level * np.round(heights / level)
+    elif kind == "saturation":
+        heights = np.clip(heights, *np.quantile(heights, (0.02, 0.98)))
+    elif kind == "impossible fit":
+        grid = Grid.square(2 * N)
+        steep = np.maximum(grid.wavenumber, 2 * np.pi / 64) ** -2.5
+        heights = grid.inverse(steep * grid.forward(np.random.default_rng(1).normal(size=grid.shape)))[:nx, :ny]
+        heights *= rms / heights.std()
+    elif kind == "slope":
+        heights *= 100
+    elif kind == "pixel":
+        return Topography(heights * 1e6, (lx * 1e6, ly * 1e6), source="map")
     elif kind == "tip":
         fine = np.array(heights)
         reach = np.arange(-12, 13)
@@ -78,4 +94,10 @@ FAULTS = (
     "anisotropy",
     "non-Gaussian heights",
     "tip",
+    "grooves",
+    "height steps",
+    "saturation",
+    "impossible fit",
+    "slope",
+    "pixel",
 )

@@ -1,6 +1,6 @@
 """The answer of a prediction in statements of one line each: the solution first, then the theories."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 from continuum import units
@@ -8,7 +8,7 @@ from continuum.model.grid import Grid
 from continuum.runs.cost import pair_seconds
 from continuum.show.prediction_data import ranges, remedy_options
 from continuum.sticky.criteria import AREA, CRITERIA, Answer
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import WIDE, Prediction
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.record import outside, turning_margin
 from continuum.sticky.simulate import UnresolvedError, resolvable, shortest_range
@@ -23,6 +23,7 @@ from continuum.sticky.verdict import (
     turn_shift,
     unmeasured,
 )
+from continuum.topography.faults import MapFault
 
 length = partial(units.readable, quantity="length", digits=3)
 pressure = partial(units.readable, quantity="pressure", digits=3)
@@ -61,6 +62,7 @@ def solving(prediction: Prediction, state: bool) -> str:
     facing = prediction.facing
     shape = tuple(n * (1 if facing.periodic else 2) for n in facing.grid.shape)
     images = "" if facing.periodic else ", the map and its mirror images"
+    images += "" if prediction.mended is None else ", as measured and with its faults corrected"
     text = (
         f"solving for the work of adhesion at which the load at {100 * AREA:g} % area vanishes, on {shape[0]} x "
         f"{shape[1]} points{images}: about {_seconds(prediction, shape[0], shape[1])} s, to a factor of three; "
@@ -80,6 +82,7 @@ def _seconds(prediction: Prediction, nx: int, ny: int) -> str:
     adhesion_length = 0.5 * (contact.conformal_energy or 0.0) / contact.contact_modulus
     resolved = contact.range >= shortest_range(prediction.facing, adhesion_length)
     pairs = expected_pairs(nx * ny, resolved=resolved)
+    pairs *= 1 if prediction.mended is None else 2
     return _times(max(BESIDE * pairs * pair_seconds(Grid((nx, ny), (float(nx), float(ny)))), 1.0))
 
 
@@ -138,15 +141,20 @@ def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
     """The solution, and the factors by which it is away from the turn."""
     if solved is None:
         return
-    turn = prediction.turn
+    turn, measured = prediction.turn, prediction.measured_turn
+    if faults := prediction.open_by_faults:
+        yield f"Undecided, though solved on the map: {_open(prediction, faults)}"
+        return
+    corrected = "" if prediction.mended is None else " with its faults corrected"
     if turn is None:
-        yield f"{_begun(solved)}, solved on the map at the given work of adhesion only: its turn was not found"
+        only = "at the given work of adhesion only: its turn was not found"
+        yield f"{_begun(solved)}, solved on the map{corrected} {only}"
         return
     w = prediction.contact.work_of_adhesion
     if solved == "undecided":
         yield (
-            f"Undecided, solved on the map: w = {per_area(w)} lies between {per_area(turn.work)}, where the load at "
-            f"{100 * AREA:g} % repulsive area vanishes with the shortest range that the pixels resolve, and "
+            f"Undecided, solved on the map{corrected}: w = {per_area(w)} lies between {per_area(turn.work)}, where the "
+            f"load at {100 * AREA:g} % repulsive area vanishes with the shortest range that the pixels resolve, and "
             f"{per_area(turn.most)}, where it would with the range given"
         )
         return
@@ -156,8 +164,9 @@ def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
     near = ", but near the turn" if max(ratio, 1 / ratio) < close else ""
     snaps = ", as the surface snaps" if turn.jumps else ""
     yield (
-        f"{_begun(solved)}{near}, solved on the map: w = {per_area(w)} is {_times(ratio)} times the {per_area(bound)} "
-        f"at which the load at {100 * AREA:g} % repulsive area changes its sign{snaps}"
+        f"{_begun(solved)}{near}, solved on the map{corrected}: w = {per_area(w)} is {_times(ratio)} times the "
+        f"{per_area(bound)} at which the load at {100 * AREA:g} % repulsive area changes its sign{snaps}"
+        f"{'' if measured is None else f' (as measured, at {per_area(measured.work)})'}"
     )
     modulus = pressure(prediction.contact.contact_modulus * ratio)
     other = (
@@ -170,6 +179,23 @@ def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
         f"{per_area(turn.work)} and {per_area(turn.most)})"
     )
     yield f"{other}, or with {_heights(ratio)}{coarse if turn.coarse else ''}"
+
+
+def _open(prediction: Prediction, faults: Sequence[MapFault]) -> str:
+    """Why faults leave open what was solved."""
+    turn, measured, w = prediction.turn, prediction.measured_turn, per_area(prediction.contact.work_of_adhesion)
+    kinds = " and ".join(fault.kind for fault in faults)
+    if excluded := [fault.excludes for fault in faults if fault.excludes]:
+        return f"{kinds}: {excluded[0]}"
+    if not any(fault.remedy for fault in faults):
+        return f"{kinds}, without remedy: the answer would have to hold at {WIDE:g} times more or less w"
+    if turn is None or measured is None:
+        said = {"as measured": measured, "with the faults corrected": turn}
+        return f"its turn was not found {' and '.join(how for how, one in said.items() if one is None)}"
+    return (
+        f"the load at {100 * AREA:g} % repulsive area changes its sign at {per_area(measured.work)} as measured and at "
+        f"{per_area(turn.work)} with the faults corrected, so that the answers at w = {w} differ"
+    )
 
 
 def _heights(ratio: float) -> str:

@@ -207,8 +207,12 @@ def _solved(prediction: Prediction) -> Sheet:
     """The solved turn and state at the given work of adhesion, compared with the paper."""
     rows: list[tuple[str, str, str]] = []
     turn, simulation, contact = prediction.turn, prediction.simulation, prediction.contact
-    if turn is not None:
+    if (measured := prediction.measured_turn) is not None:
         by_paper = prediction.paper.turning_work(contact) or 0.0
+        rows.append(("w at the turn of the map as measured", per_area(by_paper), per_area(measured.work)))
+    if turn is not None:
+        solved = prediction.mended or prediction
+        by_paper = solved.paper.turning_work(solved.contact) or 0.0
         most = "" if turn.most == turn.work else f", with the range given up to {per_area(turn.most)}"
         rows += [
             ("w at the turn", per_area(by_paper), per_area(turn.work) + most),

@@ -34,6 +34,10 @@ if TYPE_CHECKING:
 
 SMALL = 512**2
 """Largest number of points of a map that is solved by default: seconds to minutes on one core."""
+WIDE = 10.0
+"""Factor in the work of adhesion, toward the turn, over which a verdict must hold if a fault has no remedy or slopes
+are not small: moments of synthetic maps with such faults are off by factors of up to 4, and the margin depends on
+powers of them of up to 5/3."""
 NOTHING = 1e-9
 """Part of a moment below which it consists of rounding errors."""
 
@@ -65,9 +69,12 @@ class Prediction:
     mended: Prediction | None = field(default=None, repr=False)
     """The prediction with faults corrected that have a remedy; None if there are none."""
     simulation: Simulation | None = field(default=None, repr=False)
-    """The solved contact of the map at the given work of adhesion, if it was computed."""
+    """The solved contact of the map, with its faults corrected, at the given work of adhesion, if it was computed."""
     turn: SolvedTurn | None = field(default=None, repr=False)
-    """The solved work of adhesion at which the contact of the map becomes sticky, if it was computed."""
+    """The solved work of adhesion at which the contact of the map, with its faults corrected, becomes sticky, if it was
+    computed."""
+    measured_turn: SolvedTurn | None = field(default=None, repr=False)
+    """The same of the map as measured, if it has faults that were corrected; compared with ``turn``."""
     unsolved: str = ""
     """Why the contact was not solved, if that was tried or the map is too large to be solved by default."""
 
@@ -81,12 +88,36 @@ class Prediction:
 
     @property
     def solved_sticky(self) -> bool | None:
-        """Whether the solver finds it sticky; None if it was not solved, or the solution leaves it open."""
+        """Whether the solver finds it sticky; None if it was not solved, or the solution or a fault leaves it open."""
+        found = self._corrected_sticky
+        return None if found is None or self.open_by_faults else found
+
+    @property
+    def _corrected_sticky(self) -> bool | None:
+        """What the solver finds on the map with its faults corrected."""
         state = None if self.simulation is None else self.simulation.sticky
         if self.turn is None:
             return state
         by_turn = self.turn.sticky(self.contact.work_of_adhesion)
         return by_turn if by_turn is None or state is None else state
+
+    @property
+    def open_by_faults(self) -> tuple[MapFault, ...]:
+        """Faults that leave open what the solver found.
+
+        These are an impossible size; corrected ones, if the map as measured has another answer; and others of the
+        heights, if the answer does not hold at :data:`WIDE` times more or less work, toward the turn.
+        """
+        work, found = self.contact.work_of_adhesion, self._corrected_sticky
+        impossible = tuple(fault for fault in self.excluding if fault.kind != NOT_GAUSSIAN)
+        if impossible or found is None:
+            return impossible
+        if self.mended is not None and (self.measured_turn is None or self.measured_turn.sticky(work) is not found):
+            return tuple(fault for fault in self.faults if fault.remedy)
+        nearer = work / WIDE if found else WIDE * work
+        if self.turn is not None and self.turn.sticky(nearer) is found:
+            return ()
+        return tuple(fault for fault in self.faults if fault.of_the_heights and not fault.remedy)
 
     @property
     def solved_answer(self) -> Answer | None:
@@ -157,12 +188,13 @@ class Prediction:
 
     @property
     def facing(self) -> Topography:
-        """The map of the contact, or both maps face to face, if possible."""
-        maps = self.topographies
-        return maps[0] if len(maps) == 1 else opposed(*maps)
+        """The map of the contact, with its faults corrected, or both maps face to face, if possible."""
+        return _face_to_face((self.mended or self).topographies)
 
     def solved(self, threads: int = 1, state: bool = True, *, limited: bool = False) -> Prediction:
         """The prediction with the solved contact of its map, or with the reason why it cannot be solved.
+
+        A map with faults is solved with them corrected; its turn also as measured, for comparison.
 
         Parameters
         ----------
@@ -185,6 +217,12 @@ class Prediction:
             found = replace(found, turn=solve_turn(facing, self.interface, threads, limited=limited))
         except (UnresolvedError, NotConvergedError) as error:
             missing.append(f"its turn: {error}")
+        if self.mended is not None:
+            try:
+                measured = solve_turn(_face_to_face(self.topographies), self.interface, threads, limited=limited)
+                found = replace(found, measured_turn=measured)
+            except (UnresolvedError, NotConvergedError) as error:
+                missing.append(f"its turn as measured: {error}")
         try:
             found = replace(found, simulation=simulate(facing, self.interface, threads)) if state else found
         except (UnresolvedError, NotConvergedError) as error:
@@ -229,6 +267,10 @@ class Prediction:
 
     def _repr_html_(self) -> str:
         return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
+
+
+def _face_to_face(maps: Sequence[Topography]) -> Topography:
+    return maps[0] if len(maps) == 1 else opposed(*maps)
 
 
 def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None) -> RoughContact:

@@ -17,17 +17,13 @@ import numpy as np
 
 from continuum import units
 from continuum.sticky.criteria import CRITERIA, LARGEST_SLOPE, Answer, Criterion, Estimate, RoughContact, verdicts
-from continuum.sticky.prediction import Prediction, summit_contact
+from continuum.sticky.prediction import WIDE, Prediction, summit_contact
 from continuum.sticky.record import Left, Part, Support, mean_margin, outside, support, turning_margin
 from continuum.topography.faults import NOT_GAUSSIAN
 
 _length = partial(units.readable, quantity="length", digits=3)
 SURE = 0.9
 """Probability above which a verdict is given."""
-WIDE = 10.0
-"""Factor in the work of adhesion, toward the turn, over which a verdict must hold if a fault has no remedy or slopes
-are not small: moments of synthetic maps with such faults are off by factors of up to 4, and the margin depends on
-powers of them of up to 5/3."""
 _STEPS = 24
 """Number of wavelengths between the shortest measured one and the smallest at which the answer is computed."""
 STEEPEST = 1.0

@@ -3,8 +3,9 @@
 Each artefact is one function, which looks for the fault, describes it, and names the argument of
 :func:`continuum.predict` that corrects it.  :data:`LEVELLING` and :data:`ROUGHENING` list them in the order in which
 they are looked for, each after those before it have been corrected, so that one cause is reported once.  Each changes
-moments, and with them verdicts, by more than theories differ.  The limits are such that on clean self-affine maps of
-256² points hardly any fault is found; a test counts them, and docs/predict.md has the numbers.
+moments, and with them verdicts, by more than theories differ.  Equal heights are looked for on the map as it was read.
+The limits are such that on clean self-affine maps of 256² points hardly any fault is found; a test counts them, and
+docs/predict.md has the numbers.
 
 Some faults exclude any verdict: an impossible size, and heights unlike those of the Gaussian surfaces of theories and
 their record.  On such a surface nothing is called an outlier, and no remedy is named that would remove its features.
@@ -22,9 +23,10 @@ from scipy.ndimage import binary_dilation, label
 
 from continuum import units
 from continuum.arguments import instance
+from continuum.model.fourier import Real
 from continuum.topography.map import FLAT, Topography, TopographyError
 from continuum.topography.mending import background, cut_off, detrend, fill_outliers
-from continuum.topography.roughness import Fit, Roughness, fit_self_affine, roughness_of, spectrum
+from continuum.topography.roughness import Fit, Roughness, fit_self_affine, level_floor, roughness_of, spectrum
 from continuum.topography.scanlines import DIRECTED, Mask, ScanLines, raised, scan_lines, spikes
 from continuum.topography.summits import Summits, summits_of
 
@@ -53,6 +55,8 @@ BLUNT = 2.0
 in a thousand."""
 STEPS = 0.25
 """Smallest part of neighbouring points with exactly equal heights that is reported."""
+CLIPPED = 0.005
+"""Smallest part of the points with exactly the largest, or the smallest, height that is reported."""
 STEEP, COARSE = 3.0, 1e-3
 """Rms slope, and pixel in m, beyond which size or unit of a map are probably wrong."""
 SMOOTHEST = 1.25
@@ -71,6 +75,8 @@ class MapFault:
     """Argument of :func:`continuum.predict` that corrects it, and its value, lengths in m; empty if there is none."""
     excludes: str = ""
     """What to do instead if theories of moments cannot judge a map with it; empty if they can."""
+    of_the_heights: bool = False
+    """Whether heights are not those of the surface: without a remedy a solution on them is as doubtful as a theory."""
 
     @property
     def arguments(self) -> dict[str, str]:
@@ -169,7 +175,7 @@ def _of_the_surface(faults: list[MapFault]) -> list[MapFault]:
     """Faults of a non-Gaussian surface: those found by comparison with a Gaussian are dropped, or have no remedy."""
     outliers, waves = ("scars", "spikes", "outlier lines"), ("noise", "tip")
     kept = [fault for fault in faults if fault.kind not in outliers]
-    return [replace(fault, remedy={}) if fault.kind in waves else fault for fault in kept]
+    return [replace(fault, remedy={}, of_the_heights=False) if fault.kind in waves else fault for fault in kept]
 
 
 def _looked_for(stages: tuple[Stage, ...], topography: Topography, seen: Any) -> tuple[list[MapFault], Topography]:
@@ -265,24 +271,27 @@ def _bow(topography: Topography, marks: Marks) -> MapFault | None:
     return MapFault("bow", text + "part, or waves longer than the map", {"detrend": "curvature"})
 
 
-def _cut(topography: Topography, wavelength: float | None) -> dict[str, str | float]:
-    """The cut-off as a remedy, if a map of this pixel and size has such waves."""
-    smallest, largest = 2.2 * max(topography.grid.spacing), min(topography.lengths) / 8
+def _cut(topography: Topography, wavelength: float | None, waves: float = 8.0) -> dict[str, str | float]:
+    """The cut-off as a remedy, if it is longer than the pixel and so many waves of it lie along the map."""
+    smallest, largest = 2.2 * max(topography.grid.spacing), min(topography.lengths) / waves
     return {"cutoff": wavelength} if wavelength is not None and smallest < wavelength < largest else {}
 
 
 def _noise(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     fit, slope = waves.fit, waves.roughness.whole.moments.rms_slope
-    # Noise extends to the pixel: a floor that ends before belongs to the surface.
-    ends = fit is None or fit.floor is None or fit.cut_off is not None
-    if topography.cutoff is not None or fit is None or fit.floor is None or ends or not slope > 0:
+    if topography.cutoff is not None or topography.bands is not None or not slope > 0:
         return None
-    share = 1 - (waves.roughness.cut(fit.floor).moments.rms_slope / slope) ** 2
-    if share <= NOISE_SHARE:
+    # Noise extends to the pixel: a floor that ends before belongs to the surface, whose cut-off noise may follow.
+    beyond = fit is None or fit.cut_off is not None
+    floor = level_floor(*spectrum(topography)) if fit is None or beyond else fit.floor
+    share = 0.0 if floor is None else 1 - (waves.roughness.cut(floor).moments.rms_slope / slope) ** 2
+    if floor is None or share <= NOISE_SHARE:
         return None
-    text = f"below {_length(fit.floor)} the spectrum falls less than that of any surface: {100 * share:.0f} % "
+    text = f"below {_length(floor)} the spectrum falls less than that of any surface: {100 * share:.0f} % "
     text += "of the mean square slope are probably noise"
-    return MapFault("noise", text, _cut(topography, SIGNAL * fit.floor))
+    # Beyond its own cut-off there is nothing of the surface, however few waves it has.
+    remedy = _cut(topography, floor, 4.0) if beyond else _cut(topography, SIGNAL * floor)
+    return MapFault("noise", text, remedy, of_the_heights=True)
 
 
 def _blunt_tip(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
@@ -298,7 +307,7 @@ def _blunt_tip(topography: Topography, waves: SpectrumFindings) -> MapFault | No
     tip = -2 / low
     wavelength = min((wave for wave in waves.roughness.followed_by(tip) if _cut(topography, wave)), default=None)
     text = f"summits are rounded to {_length(tip)}, with cusps between them: by a blunt tip, or spheres"
-    return MapFault("tip", text, _cut(topography, wavelength))
+    return MapFault("tip", text, _cut(topography, wavelength), of_the_heights=True)
 
 
 def _anisotropy(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
@@ -323,6 +332,20 @@ def _not_gaussian(topography: Topography, waves: SpectrumFindings) -> MapFault |
     return MapFault(NOT_GAUSSIAN, text, excludes="the solver decides (--solve)") if found else None
 
 
+def _equal_neighbours(heights: Real) -> float:
+    """Part of neighbouring points with the same height, along the direction with more of them."""
+    return float(max(np.mean(np.diff(heights, axis=axis) == 0) for axis in (0, 1)))
+
+
+def _at_an_end(heights: Real) -> float:
+    """Part of the points at the largest height, or at the smallest, whichever is larger."""
+    return float(max(np.mean(heights == end) for end in (heights.min(), heights.max())))
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g}"
+
+
 def above(
     kind: str,
     quantity: Callable[[Topography, SpectrumFindings], float],
@@ -331,11 +354,12 @@ def above(
     shown: Callable[[float], str] = "{:.3g}".format,
     excludes: str = "",
 ) -> Artefact:
-    """An artefact without remedy: a quantity of the map above a limit; the text has a place for its value."""
+    """An artefact of the heights without remedy: a quantity above a limit; the text has a place for its value."""
 
     def find(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
         value = quantity(topography, waves)
-        return MapFault(kind, text.format(shown(value)), excludes=excludes) if value > limit else None
+        fault = MapFault(kind, text.format(shown(value)), excludes=excludes, of_the_heights=True)
+        return fault if value > limit else None
 
     return find
 
@@ -350,8 +374,10 @@ ROUGHENING: tuple[Stage, ...] = (
     (
         _anisotropy,
         _not_gaussian,
-        above("height steps", lambda topography, _: float(np.mean(np.diff(topography.heights, axis=0) == 0)), STEPS,
-              "{} % of neighbouring points have exactly the same height", lambda share: f"{100 * share:.0f}"),
+        above("height steps", lambda topography, _: _equal_neighbours(topography.read), STEPS,
+              "{} % of neighbouring points have exactly the same height", _percent),
+        above("saturation", lambda topography, _: _at_an_end(topography.read), CLIPPED,
+              "{} % of the points have exactly the largest, or the smallest, height: clipped, or flat", _percent),
         _impossible_fit,
         above("slope", lambda _, waves: waves.roughness.moments.rms_slope, STEEP,
               "an rms slope of {}: size or unit of the heights are probably wrong", excludes=_CHECK),

@@ -71,6 +71,8 @@ class Topography:
     steps : descriptions of the changes made to it.
     cutoff : wavelength below which waves were removed on purpose, in m.
     filled : whether outliers were looked for and filled on purpose.
+    read : heights as they were read, before all changes, by default the heights; equal ones among them are no longer
+        equal once a plane is subtracted.
     bands : edges of bands of |q|, in 1/m, and C in each, in m⁴, of the spectrum that a random surface represents,
         which has its moments even if the heights lack the longest waves; None for a map.
     lines : number of scan lines that a random surface represents (:mod:`continuum.topography.spectra`); 0 for a map.
@@ -90,6 +92,7 @@ class Topography:
     measurements: int = 0
     filled: bool = False
     bands: Bands | None = field(default=None, repr=False)
+    read: Real = field(default_factory=lambda: np.empty((0, 0)), repr=False)
 
     def __post_init__(self) -> None:
         instance("source", self.source, str, "a text")
@@ -111,6 +114,7 @@ class Topography:
             raise TopographyError(f"{self.source}: {fault}")
         heights.flags.writeable = False
         object.__setattr__(self, "heights", heights)
+        object.__setattr__(self, "read", self.read if self.read.size else heights)
         object.__setattr__(self, "lengths", lengths)
 
     @cached_property

@@ -28,6 +28,9 @@ MODEL_ERROR = 0.1
 """Relative deviation of a band from a power law that is taken as zero."""
 EMPTY = 1e-3
 """Part of the peak of q⁴ C(q) below which bands beyond the peak are above the upper cut-off of the surface."""
+LEVEL = -1.0
+"""Smallest slope of the spectrum over its last octave that is called level: white noise has 0, and a surface of H = 0
+has -2, or somewhat more if its points are no means over their pixels."""
 EDGE = 0.05
 """Fall of a spectrum within two bands that marks its upper cut-off: a slope of -8, where H = 1 has -4."""
 
@@ -272,6 +275,21 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
         cut_off=end if steeper else last,
         floor=None if steeper else end,
     )
+
+
+def level_floor(wavenumber: Real, density: Real) -> float | None:
+    """Wavelength from which a radially averaged spectrum is level to its end, as white noise is; None if it is not.
+
+    It begins where the spectrum is last twice as high as in its last octave.
+    """
+    octave = (wavenumber >= wavenumber[-1] / 2) & (density > 0) if wavenumber.size else np.array([], dtype=bool)
+    if np.count_nonzero(octave) < 2:
+        return None
+    q, c = np.log(wavenumber[octave]), np.log(density[octave])
+    if not np.polyfit(q, c, 1)[0] > LEVEL:
+        return None
+    higher = np.flatnonzero(density > 2 * np.exp(c.mean()))
+    return float(2 * np.pi / wavenumber[higher[-1] if higher.size else 0])
 
 
 def _bands(wavenumber: Real, density: Real) -> tuple[Real, Real, Real]:

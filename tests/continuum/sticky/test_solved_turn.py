@@ -13,14 +13,17 @@ import continuum as c
 from continuum.cli import main
 from continuum.front.predict import solved
 from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.show.answer import statements
+from continuum.model.surface import SelfAffine
+from continuum.show.answer import per_area, statements
 from continuum.solve.solution import NotConvergedError, Solution
 from continuum.solve.solver import Solver
 from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import SMALL, Prediction, prediction_of
 from continuum.sticky.simulate import UnresolvedError, simulate
 from continuum.sticky.solved_turn import WIDTH, SolvedTurn, solve_turn
+from continuum.sticky.verdict import answer_of
 from continuum.theory.rough import turning_share
 from continuum.topography.map import Topography
 from tests.continuum.sticky.test_predict import surface
@@ -178,6 +181,92 @@ def test_what_does_not_converge_is_said_and_theories_answer(monkeypatch: pytest.
 
 def _refuse(topography: Topography, shortest: float) -> None:
     raise UnresolvedError("no pixels")
+
+
+# --- faults -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def noisy() -> Prediction:
+    """White noise beyond the cut-off of a film: 0.25 nm on 2 nm, with waves of 16 pixels and more."""
+    grid = Grid.square(64)
+    film = SelfAffine(0.8, 0.1, 16.0, 32.0).synthesise(grid, np.random.default_rng(1))
+    heights = 2 * film / film.std() + 0.25 * np.random.default_rng(2).normal(size=grid.shape)
+    found = c.predict(
+        heights, size="256nm", unit="nm", periodic=True, contact_modulus="10GPa", work="0.1J/m2", range="1nm",
+        smallest="64nm", solve=False,
+    )  # fmt: skip
+    return found.solved(state=False)
+
+
+def at(solved: Prediction, work: float) -> Prediction:
+    """The same at another work of adhesion."""
+    return replace(
+        solved,
+        contact=replace(solved.contact, work_of_adhesion=work),
+        mended=solved.mended and replace(solved.mended, contact=replace(solved.mended.contact, work_of_adhesion=work)),
+    )
+
+
+def test_a_faulty_map_is_solved_with_its_faults_corrected_and_as_measured(noisy: Prediction) -> None:
+    assert [fault.kind for fault in noisy.faults] == ["noise"]
+    turn, measured = noisy.turn, noisy.measured_turn
+    assert turn is not None
+    assert measured is not None
+    grid = Grid.square(64)
+    film = SelfAffine(0.8, 0.1, 16.0, 32.0).synthesise(grid, np.random.default_rng(1))
+    clean = Topography(2e-9 * film / film.std(), (256e-9, 256e-9), periodic=True)
+    # The bracket of either, and what noise in the waves of the film changes.
+    assert turn.work == pytest.approx(solve_turn(clean, noisy.interface).work, rel=2 * WIDTH)
+    assert measured.work > 1.5 * turn.work
+
+
+def test_where_the_corrected_map_has_another_answer_it_is_undecided_and_that_is_the_answer(noisy: Prediction) -> None:
+    turn, measured = noisy.turn, noisy.measured_turn
+    assert turn is not None
+    assert measured is not None
+    between = at(noisy, float(np.sqrt(turn.work * measured.work)))
+    assert between.solved_sticky is None
+    assert answer_of(between) == "undecided"
+    said = statements(between)
+    assert said[0].startswith("Faulty map: below 62.7 nm the spectrum falls less")
+    assert said[1].startswith(
+        "Undecided, though solved on the map: the load at 1 % repulsive area changes its sign at "
+    )
+    assert f"{per_area(measured.work)} as measured and at {per_area(turn.work)} with the faults corrected" in said[1]
+    for work, sticky in ((1.2 * measured.work, True), (turn.work / 1.2, False)):
+        found = at(noisy, work)
+        assert found.solved_sticky is sticky
+        first = statements(found)[1]
+        assert "icky, " in first
+        assert "solved on the map with its faults corrected: w = " in first
+        assert f"(as measured, at {per_area(measured.work)})" in first
+    alone = replace(at(noisy, 10 * measured.work), measured_turn=None)
+    assert alone.solved_sticky is None
+    assert "its turn was not found as measured" in statements(alone)[1]
+
+
+def test_a_fault_that_nothing_corrects_asks_the_solver_for_a_wide_margin(gaussian: SolvedTurn) -> None:
+    plain = in_nanometres()
+    level = np.ptp(plain.heights) / 10
+    stepped = replace(plain, heights=level * np.round(plain.heights / level), read=np.empty(0))
+    large = replace(plain, heights=100 * plain.heights, read=np.empty(0))
+
+    def told_of(topography: Topography, factor: float) -> tuple[bool | None, str]:
+        work = factor * gaussian.work
+        found = prediction_of([topography], Interface(1e9, work, NANO, None))
+        found = replace(found, turn=gaussian, measured_turn=found.mended and gaussian)
+        return found.solved_sticky, next(line for line in statements(found) if "olved on the map" in line)
+
+    assert told_of(plain, 2.0)[0] is True
+    for factor, sticky in ((2.0, None), (0.5, None), (11.0, True), (1 / 11.0, False)):
+        solved, said = told_of(stepped, factor)
+        assert solved is sticky
+        assert sticky is not None or ", without remedy: the answer would have to hold at 10 times" in said
+    for factor in (1e-3, 1e3):
+        solved, said = told_of(large, factor)
+        assert solved is None
+        assert said.startswith("Undecided, though solved on the map: slope: check size and unit")
 
 
 # --- what is solved without being asked -----------------------------------------------------------------------
