@@ -19,6 +19,8 @@ import numpy as np
 from continuum import units
 from continuum.arguments import ArgumentError, instance, number, texts
 from continuum.errors import InputError
+from continuum.model.cubic import CubicConstants, contact_modulus
+from continuum.model.hexagonal import HexagonalConstants
 from continuum.model.substrates import HalfSpace, LayeredHalfSpace, Substrate
 
 _POSSIBLE: dict[units.Quantity, tuple[float, float]] = {
@@ -46,6 +48,8 @@ class Material:
     range : Δr, in m.
     sources : sources of these values.
     spacing : a0 of the atoms, in m; None if roughness does not consist of atomic steps.
+    contact_modulus : E* of the face of a crystal, in Pa, whose E and ν are those along its normal; None of an isotropic
+        solid, whose E* is E/(1 - ν²).
     """
 
     name: str
@@ -55,6 +59,12 @@ class Material:
     range: float
     sources: tuple[str, ...]
     spacing: float | None = None
+    contact_modulus: float | None = None
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        """E*, in Pa: E/(1 - ν²), or that of the face of a crystal."""
+        return self.modulus / (1 - self.poisson**2) if self.contact_modulus is None else self.contact_modulus
 
 
 def _materials() -> dict[str, Material]:
@@ -65,10 +75,20 @@ def _materials() -> dict[str, Material]:
         reach = table["ranges"][entry["range"]]
         work, how = _work_of_adhesion(entry, table["cutoff"])
         sources = (*entry["sources"], *how, reach["source"])
-        found[name] = Material(
-            name, entry["modulus"], entry["poisson"], work, reach["value"], sources, entry.get("spacing")
-        )
+        modulus, poisson, face = _elasticity(entry)
+        found[name] = Material(name, modulus, poisson, work, reach["value"], sources, entry.get("spacing"), face)
     return found
+
+
+def _elasticity(entry: Mapping[str, Any]) -> tuple[float, float, float | None]:
+    """E, ν and, of a crystal, E* of its face; of which E and ν are those along the normal."""
+    constants = entry.get("elastic")
+    if constants is None:
+        return entry["modulus"], entry["poisson"], None
+    crystal = HexagonalConstants(**{"c13": constants["c12"], "c33": constants["c11"], **constants})
+    poisson = crystal.c13 / (crystal.c11 + crystal.c12)
+    face = crystal.contact_modulus() if "c33" in constants else contact_modulus(CubicConstants(**constants))
+    return crystal.c33 - 2 * poisson * crystal.c13, poisson, face
 
 
 def _work_of_adhesion(entry: Mapping[str, Any], cutoff: Mapping[str, Any]) -> tuple[float | None, list[str]]:
@@ -115,8 +135,13 @@ class Body:
 
     @property
     def plane_strain_modulus(self) -> float | None:
-        """E/(1 - ν²), in Pa; None if neither E nor ν is known, an InterfaceError if one of them is missing."""
+        """E/(1 - ν²), in Pa; None if neither E nor ν is known, an InterfaceError if one of them is missing.
+
+        That of a material of which neither is replaced is its own.
+        """
         modulus, poisson = self.modulus, self.ratio
+        if self.material is not None and self.modulus is None and self.poisson is None:
+            return self.material.plane_strain_modulus
         if self.material is not None:
             modulus = self.material.modulus if modulus is None else modulus
         if modulus is None and poisson is None:
