@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 import textwrap
@@ -155,7 +154,7 @@ def blocks(page: str) -> list[tuple[str, str]]:
 def follow(page: str, told: Told, folder: Path) -> None:
     """Do what a page says, block by block, in a folder of its own; the commands are those of this checkout.
 
-    The map of the tutorial is there as in a checkout. The block before a block of text prints each of its lines.
+    The block before a block of text prints each of its lines.
     """
     programs = folder / ".bin"
     programs.mkdir()
@@ -164,9 +163,6 @@ def follow(page: str, told: Told, folder: Path) -> None:
         (programs / name).chmod(0o755)
     path = f"{programs}:{Path(sys.executable).parent}:{os.environ['PATH']}"
     environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"}
-    shown = folder / MAP.relative_to(ROOT)
-    shown.parent.mkdir(parents=True)
-    shutil.copyfile(MAP, shown)
     done, printed, unused = 0, "", set(told.instead)
     for language, code in blocks(page)[: told.first]:
         for old, new in told.instead.items():

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from continuum.arguments import count, flag
 from continuum.errors import InputError
+from continuum.files.toml import find
 from continuum.show.console import tell
 
 
@@ -19,7 +20,8 @@ def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True)
 
     Parameters
     ----------
-    file : file to open first: a measured topography, a stored run, or the folder of a sweep.
+    file : file to open first: a measured topography, ``inputs/...`` for one that comes with the package, a stored run,
+        or the folder of a sweep.
     port : port to use; 0 for a free one.
     browser : whether to open the page in a browser; its address is printed in any case.
 
@@ -27,7 +29,7 @@ def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True)
     """
     count("port", port, 0, 65535)
     flag("browser", browser)
-    path = None if file is None else Path(file)
+    path = None if file is None else find(file)
     if path is not None and not path.exists():
         raise InputError(f"{path}: no such file")
     try:

@@ -228,7 +228,7 @@ def nearest(word: str, choices: Iterable[str]) -> str | None:
 
 
 def find(path: str | Path) -> Path:
-    """The path of an input; if there is no such file and it starts with ``inputs/``, that of the package."""
+    """The path of an input or map; if there is no such file and it starts with ``inputs/``, that of the package."""
     path = Path(path)
     return packaged(path) if not path.exists() and path.parts[:1] == ("inputs",) else path
 

@@ -10,8 +10,9 @@ from typing import get_args
 
 from numpy.typing import ArrayLike
 
-from continuum.arguments import choice, count, flag
+from continuum.arguments import choice, count, file_name, flag
 from continuum.files.inputs import load
+from continuum.files.toml import find
 from continuum.show.answer import solving
 from continuum.solve.solution import MOST_THREADS
 from continuum.sticky.materials import InterfaceError, read_interface
@@ -60,10 +61,10 @@ def predict(
 
     Parameters
     ----------
-    maps : one topography, or two for two rough bodies: file names, or arrays of heights, shape (nx, ny), positive out
-        of the body.  Masked points of an array are missing; an array of one row or column is a line scan, one of two
-        or three columns has positions and heights.  Or one input (TOML) with the tables [topography] and [interface]:
-        other arguments overrule its keys.
+    maps : one topography, or two for two rough bodies: file names (``inputs/...`` finds what comes with the package),
+        or arrays of heights, shape (nx, ny), positive out of the body.  Masked points of an array are missing; an array
+        of one row or column is a line scan, one of two or three columns has positions and heights.  Or one input (TOML)
+        with the tables [topography] and [interface]: other arguments overrule its keys.
     size, unit, dataset, part, join, periodic, override_size, detrend, fill, void, crop, cutoff, tip, smallest : see
         :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  For two maps give one text for
         both, or one for each, where ``"-"`` leaves it to the file.
@@ -92,6 +93,7 @@ def predict(
     if given["detrend"] is not None:
         choice("detrend", given["detrend"], get_args(Detrending))
     contact_of = partial(read_interface, **{name: given[name] for name in InterfaceTable.model_fields})
+    maps = tuple(find(file_name("maps", one)) if isinstance(one, str | Path) else one for one in maps)
     try:
         read = read_all(maps, **{name: given[name] for name in READ})
     except TopographyError as error:

@@ -114,10 +114,11 @@ def _faults(prediction: Prediction) -> str:
 
 
 def _unmeasured_of_solved(prediction: Prediction, solved: Answer | None) -> str:
-    waves = prediction.continuation
+    corrected = prediction.mended or prediction
+    waves = corrected.continuation
     if solved is None or solved == "undecided" or waves is None or answer_of(prediction) == solved:
         return ""
-    shift, beyond = turn_shift(prediction), continued_verdict(prediction)
+    shift, beyond = turn_shift(corrected), continued_verdict(corrected)
     found = f"the theories find it {beyond.answer} ({'; '.join(beyond.why)})"
     if prediction.turn is not None and shift is not None:
         found = f"the turn of the theories moves by a factor of {_times(shift)}"

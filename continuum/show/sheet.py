@@ -10,6 +10,8 @@ from typing import Self
 
 Entry = str | float | int | None
 """Contents of a cell; None for an empty one."""
+_FORMULA = ("=", "+", "-", "@", "\t")
+"""First characters with which spreadsheets begin a formula; names of files and samples are the user's."""
 
 
 @dataclass(frozen=True)
@@ -114,11 +116,11 @@ class Sheet:
         return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
     def csv(self) -> str:
-        """Comma-separated values with all digits."""
+        """Comma-separated values with all digits; text that spreadsheets would take for formulas begins with ``'``."""
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(self.head)
-        writer.writerows(["" if cell is None else cell for cell in row] for row in self.rows)
+        writer.writerow(map(_inert, self.head))
+        writer.writerows(["" if cell is None else _inert(cell) for cell in row] for row in self.rows)
         return out.getvalue()
 
     def __str__(self) -> str:
@@ -127,6 +129,17 @@ class Sheet:
     def _repr_html_(self) -> str:
         note = f"<p>{html.escape(self.note)}</p>" if self.note else ""
         return f"<b>{html.escape(self.title)}</b>{self.html()}{note}"
+
+
+def _inert(cell: Entry) -> Entry:
+    """A cell, with an apostrophe before text that begins as a formula does and is neither a number nor a dash."""
+    if not isinstance(cell, str) or not cell.startswith(_FORMULA) or cell == "-":
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell
 
 
 def pairs(title: str, rows: Iterable[tuple[str, Entry]], note: str = "") -> Sheet:

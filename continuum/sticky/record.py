@@ -121,7 +121,7 @@ def outside(
     for name, value, its in zip(list(_NUMBERS)[:known], _numbers(contact), turned.T, strict=False):
         low, high = (float(np.exp(end)) for end in (its.min(initial=_FAR), its.max(initial=-_FAR)))
         if value < low * (1 - _ROUNDING) or value > high * (1 + _ROUNDING):
-            return f"{name} = {value:.2g} is not between {low:.2g} and {high:.2g}, as on the surfaces of the record"
+            return f"{name} = {value:.3g} is not between {low:.3g} and {high:.3g}, as on the surfaces of the record"
     count = int(_near(turned, contact).sum())
     return "" if count >= FEWEST else f"{count} surfaces of the record are similar, fewer than {FEWEST}"
 

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 TABLE = "study.csv"
 """Name of the table of files in a folder."""
+RESULTS = ("study.csv", "study-spots.csv")
+"""Tables that are written for a study, after the name of its folder."""
 CONFIDENCE = 0.95
 _FIELDS = ("sample", "spot", "magnification")
 _USUAL = re.compile(r"(?P<sample>[^_/]+)(?:[_/](?P<spot>[^_/]+)(?:[_/](?P<magnification>[^_/]+))?)?")
@@ -156,12 +158,15 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
     if pattern is None and (folder / TABLE).is_file():
         return _from_table(folder)
     form = _USUAL if pattern is None else _form(pattern)
-    left = None if without is None else without.resolve()
+    left, here = None if without is None else without.resolve(), folder.resolve()
+    # Results in the folder itself, or above it, are told from maps by their names.
+    left = left if left is not None and here in left.parents else None
+    ours = {f"{here.name}-{end}" for end in RESULTS}
     files = [
         path
         for path in sorted((*folder.glob("*"), *folder.glob("*/*")))
         if path.is_file() and path.suffix.lower() not in _NO_MAPS and not path.name.startswith(".")
-        and path.name != TABLE and left not in path.resolve().parents
+        and path.name != TABLE and path.name not in ours and left not in path.resolve().parents
     ]  # fmt: skip
     if not files:
         raise InputError(f"{folder}: a folder without a map in it")

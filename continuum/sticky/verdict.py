@@ -154,19 +154,21 @@ def continued_verdict(prediction: Prediction) -> Verdict:
 def answer_of(prediction: Prediction) -> Answer:
     """The answer of the solver if it has one, else of the theories; undecided if unmeasured waves change it.
 
-    The solver has the measured waves only: its turn is multiplied by the factor by which that of the theories changes.
+    The solver has the measured waves only: its turn is multiplied by the factor by which that of the theories changes,
+    both on the map with its faults corrected.
     """
     answer, turn = prediction.solved_answer, prediction.turn
     if answer is None:
         return judge(prediction).answer
-    if answer == "undecided" or prediction.continuation is None:
+    corrected = prediction.mended or prediction
+    if answer == "undecided" or corrected.continuation is None:
         return answer
-    shift, known = turn_shift(prediction), _judge_measured(prediction, None)
+    shift, known = turn_shift(corrected), _judge_measured(corrected, None)
     if turn is not None and shift is not None:
         holds = turn.sticky(prediction.contact.work_of_adhesion / shift) is (answer == "sticky")
     else:  # theories without an answer for the measured waves have none for the others
         silent = known.answer == "undecided" and known.turn is None
-        holds = silent or continued_verdict(prediction).answer == answer
+        holds = silent or continued_verdict(corrected).answer == answer
     return answer if holds else "undecided"
 
 

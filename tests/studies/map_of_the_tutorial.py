@@ -1,6 +1,6 @@
 """The map of docs/tutorials/map.md: a polished wafer as an atomic force microscope shows it, made and not measured.
 
-``python -m tests.studies.map_of_the_tutorial`` writes docs/tutorials/wafer.txt again.
+``python -m tests.studies.map_of_the_tutorial`` writes inputs/maps/wafer.txt again.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from continuum.model.surface import SelfAffine
 
 __all__ = ["HEAD", "MAP", "PIXEL", "heights", "write"]
 
-MAP = Path(__file__).parents[2] / "docs" / "tutorials" / "wafer.txt"
+MAP = Path(__file__).parents[2] / "inputs" / "maps" / "wafer.txt"
 N, PIXEL = 192, 2.0
 """Points a side, and their distance in nm."""
 HEAD = (

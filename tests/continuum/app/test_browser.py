@@ -28,7 +28,7 @@ StaleElementReferenceException = pytest.importorskip(
 ).StaleElementReferenceException
 
 ROOT = Path(__file__).parents[3]
-MAP = ROOT / "docs" / "tutorials" / "wafer.txt"
+MAP = ROOT / "inputs" / "maps" / "wafer.txt"
 FORM = {"size": "384nm", "unit": "nm", "material": "silicon, silicon", "fill": "5%"}
 PICTURES = os.environ.get("STICKINESS_SCREENSHOTS", "")
 """Folder for screenshots, to be looked at; none are made if it is not given."""

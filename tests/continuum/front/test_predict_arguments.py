@@ -308,3 +308,31 @@ def test_all_faults_of_an_input_are_named_with_their_lines(tmp_path: Path, capsy
 def test_every_key_of_the_tables_is_an_argument_and_an_option() -> None:
     arguments = set(inspect.signature(c.predict).parameters) - {"maps", "solve", "threads"}
     assert set(sticky_tables.OPTIONS) == arguments
+
+
+def test_a_map_that_comes_with_the_package_is_found_from_any_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    wafer, known = "inputs/maps/wafer.txt", {"size": "384nm", "unit": "nm", "material": "silicon"}
+    found = c.predict(wafer, **known, solve=False)
+    assert found.topographies[0].heights.shape == (192, 192)
+    assert [fault.kind for fault in found.faults] == ["scars"]
+    options = [word for name, value in known.items() for word in (f"--{name}", value)]
+    assert main(["predict", wafer, *options, "--no-solve"]) == 0
+    assert "8 scars along x" in capsys.readouterr().out
+    assert (tmp_path / "results" / "wafer-predict.html").is_file()
+    assert main(["predict", wafer, *options, "--csv", "all.csv"]) == 0
+    # A map of the user's own comes first.
+    (tmp_path / "inputs" / "maps").mkdir(parents=True)
+    np.savetxt(tmp_path / wafer, np.random.default_rng(1).normal(size=(16, 20)))
+    assert c.predict(wafer, **known, solve=False).topographies[0].heights.shape == (16, 20)
+
+
+def test_a_table_of_maps_holds_no_formula(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    np.save(tmp_path / "=1+1.npy", np.random.default_rng(1).normal(size=(16, 16)))
+    options = ["--size", "1um", "--unit", "nm", "--material", "mica"]
+    assert main(["predict", "=1+1.npy", *options, "--csv", "all.csv"]) == 0
+    rows = (tmp_path / "all.csv").read_text().splitlines()
+    assert rows[1].startswith("'=1+1.npy,")

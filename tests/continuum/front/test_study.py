@@ -26,9 +26,10 @@ def folder(tmp_path: Path) -> Path:
     """Two samples of two spots; the second is three times as rough."""
     place = tmp_path / "wafers"
     place.mkdir()
-    for sample, factor in (("polished", 3.0), ("ground", 9.0)):
+    for sample, factor in (("polished", 2.0), ("ground", 6.0)):
         for spot in (1, 2):
-            np.save(place / f"{sample}_{spot}.npy", factor * Rough(32, seed=spot).heights())
+            rough = Rough(64, seed=spot, lambda_s=4.0, lambda_L=24.0, hurst=0.7)  # with waves as on the record's
+            np.save(place / f"{sample}_{spot}.npy", factor * rough.heights())
     return place
 
 
@@ -103,6 +104,21 @@ def test_a_folder_is_ranked_in_a_table_on_a_page_and_in_files(
     # Results in the folder itself are no maps of it.
     assert main(["predict", str(folder), *options[:-2], "-o", str(folder / "out")]) == 0
     assert main(["predict", str(folder), *options[:-2], "-o", str(folder / "out")]) == 0
+
+
+@pytest.mark.parametrize("where", [".", "..", "results"])
+def test_results_may_go_into_the_folder_or_beside_it_and_are_no_maps(
+    where: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["predict", str(folder), "-o", str(folder / where)]
+    command += [word for name, value in KNOWN.items() for word in (f"--{name}", value)]
+    for _ in range(2):  # the second finds the results of the first
+        assert main(command) == 0
+        said = capsys.readouterr().out
+        assert "of 2 samples" in said
+    assert (folder / where / "wafers-study.csv").is_file()
+    maps = [scan.path.name for scan in scans(folder, without=folder / where)]
+    assert maps == ["ground_1.npy", "ground_2.npy", "polished_1.npy", "polished_2.npy"]
 
 
 def test_magnifications_of_a_spot_are_joined(folder: Path) -> None:

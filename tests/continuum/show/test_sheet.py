@@ -63,3 +63,16 @@ def test_a_page_stands_alone_and_escapes_what_it_is_told(tmp_path: Path) -> None
     # An inch of a figure has 300 pixels, whatever its width: letters are of one size.
     assert 'width="150" src="data:image/png;base64,' in text
     assert "http" not in text
+
+
+@pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t"])
+def test_no_name_of_a_user_is_a_formula_of_a_spreadsheet(start: str) -> None:
+    """In cells and heads; numbers, dashes and all other text are as they were."""
+    harmful = f"{start}HYPERLINK(1)"
+    rows = [(harmful, -1.5, None), ("-", "-2e-3", "a=b"), ("map.npy", float("-inf"), "it's")]
+    sheet = Sheet.of("", (harmful, "value", "text"), rows)
+    back = list(csv.reader(io.StringIO(sheet.csv(), newline="")))
+    assert back[0][0] == back[1][0] == f"'{harmful}"
+    assert back[1][1:] == ["-1.5", ""]
+    assert back[2:] == [["-", "-2e-3", "a=b"], ["map.npy", "-inf", "it's"]]
+    assert harmful in sheet.text()
