@@ -3,13 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
+import pytest
+import xarray
 
 from continuum.files import store
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
+
+ENGINES = [
+    "h5netcdf",
+    pytest.param("netcdf4", marks=pytest.mark.skipif(find_spec("netCDF4") is None, reason="netCDF4 is not installed")),
+]
+"""Readers of netCDF that xarray has; netCDF4 is the default where it is installed."""
+
+
+def opens_in_xarray(
+    path: Path, engine: str, schema: str = RunConfig.result_schema, version: int = RunConfig.result_version
+) -> None:
+    """Every dataset of a file, in its group, has the values, dimensions and units that were stored."""
+    file = store.read_datasets(path, schema, version)
+    for group in {name.rpartition("/")[0] for name in file.datasets}:
+        with xarray.open_dataset(path, engine=engine, group=group or None) as data:
+            for name, dataset in file.datasets.items():
+                if name.rpartition("/")[0] == group:
+                    found = data[name.rpartition("/")[2]]
+                    assert found.dims == dataset.dims, name
+                    np.testing.assert_array_equal(found.values, dataset.values, err_msg=name)
+                    assert found.attrs.get("units", "") == dataset.units, name
 
 
 def content(path: Path) -> dict[str, np.ndarray]:

@@ -2,11 +2,14 @@
 A file is a mapping of names to :class:`Dataset` (arrays with named dimensions) and of names to attributes
 (numbers and text).  A name ``group/name`` lies in a group; ``journal`` holds times, hosts and dates; everything
 outside it is reproducible bit for bit.  A dataset that is named as a dimension holds its coordinates.  xarray opens a
-file with the same names: ``xarray.open_dataset(path, engine="h5netcdf")``.
+file with the same names, by either of its engines: ``xarray.open_dataset(path)``.
 
-Damage is detected: datasets have a Fletcher-32 checksum, and the file format has checksums of its headers, which is
-also why text has a fixed length.  Errors are those of :mod:`continuum.files.hdf5`.
+Damage is detected: datasets of numbers have a Fletcher-32 checksum, those of text, which HDF5 keeps elsewhere in the
+file, the attribute ``crc32``, and the file format has checksums of its headers, which is also why attributes of text
+have a fixed length.  Errors are those of :mod:`continuum.files.hdf5`.
 """
+
+import zlib
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -24,6 +27,7 @@ from continuum.files.hdf5 import StoreError, created, datasets_in, member, opene
 Attribute = bool | int | float | str
 
 _CHUNK = 4 * 1024 * 1024  # bytes
+_SUM = "crc32"
 _NO_COORDINATES = "This is a netCDF dimension but not a netCDF variable. %10d"
 
 
@@ -93,9 +97,9 @@ def _fill(
         _attach(stored[name], "units", _text(dataset.units))
         _attach(stored[name], "long_name", _text(dataset.long_name))
         if dataset.values.dtype.kind in "UT":
-            _attach(stored[name], "_Encoding", _text("utf-8"))  # xarray then gives str, not bytes
+            _attach(stored[name], _SUM, np.asarray(_number(_sum_of(dataset.values))))
         if dataset.values.dtype.kind == "b":
-            _attach(stored[name], "dtype", _text("bool"))  # likewise
+            _attach(stored[name], "dtype", _text("bool"))  # xarray then gives booleans
     for dim, length in lengths.items():
         if dim in datasets:
             stored[dim].make_scale(dim)
@@ -122,10 +126,9 @@ def _attach(owner: h5py.Group | h5py.Dataset, name: str, value: NDArray[Any]) ->
 
 
 def _create(file: h5py.File, name: str, values: NDArray[Any]) -> h5py.Dataset:
-    if values.dtype.kind in "UT":
-        encoded = np.strings.encode(values.astype(np.str_), "utf-8")
-        values = encoded.astype(h5py.string_dtype("utf-8", max(encoded.dtype.itemsize, 1)))
-    elif values.dtype.kind == "b":
+    if values.dtype.kind in "UT":  # of any length: only so do all readers of netCDF give str
+        return file.create_dataset(name, data=values.astype(object), dtype=h5py.string_dtype())
+    if values.dtype.kind == "b":
         values = values.view(np.uint8)
     if values.size == 0:
         return file.create_dataset(name, data=values)  # nothing to sum
@@ -139,6 +142,11 @@ def _chunks(values: NDArray[Any]) -> tuple[int, ...]:
         others = values.dtype.itemsize * int(np.prod(chunks[i + 1 :]))
         chunks[i] = max(1, min(chunks[i], _CHUNK // others))
     return tuple(chunks)
+
+
+def _sum_of(text: NDArray[Any]) -> int:
+    """CRC-32 of an array of text."""
+    return zlib.crc32("\0".join(text.ravel().tolist()).encode())
 
 
 def _text(text: str) -> NDArray[Any]:
@@ -212,7 +220,10 @@ def _only_dimension(item: h5py.Dataset) -> bool:
 def _values(item: h5py.Dataset) -> NDArray[Any]:
     values: NDArray[Any] = item[()]
     if h5py.check_string_dtype(item.dtype) is not None:
-        return np.strings.decode(np.asarray(values, dtype=np.bytes_), "utf-8")
+        text = np.strings.decode(np.asarray(values, dtype=np.bytes_), "utf-8")
+        if item.attrs.get(_SUM, known := _sum_of(text)) != known:  # files of earlier versions have none
+            raise ValueError(f"the text of {item.name} is not the one that its checksum was made of")
+        return text
     return values.view(np.bool_) if _as_text(item.attrs.get("dtype")) == "bool" else values
 
 

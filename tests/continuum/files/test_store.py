@@ -16,6 +16,7 @@ from continuum.files import output, store
 from continuum.files.hdf5 import StoreError, read_dataset
 from continuum.files.maps import read_map
 from continuum.files.store import Dataset
+from tests.stored import ENGINES, opens_in_xarray
 
 HEAD = {"schema": "test", "schema_version": 1}
 
@@ -55,14 +56,22 @@ def test_the_same_content_is_the_same_file(tmp_path: Path) -> None:
     assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
 
 
-def test_xarray_opens_it_with_named_axes(tmp_path: Path) -> None:
+@pytest.mark.parametrize("engine", ENGINES)
+def test_xarray_opens_it_with_named_axes(tmp_path: Path, engine: str) -> None:
     store.write(tmp_path / "a.h5", some(), HEAD)
-    with xarray.open_dataset(tmp_path / "a.h5", engine="h5netcdf") as data:
-        assert data["gap"].dims == ("step", "x", "y")
-        assert data["gap"].attrs["units"] == "a0"
-        np.testing.assert_array_equal(data["x"], np.arange(5.0))
-        assert list(data["status"].values) == ["CONVERGED", "É", ""]
+    opens_in_xarray(tmp_path / "a.h5", engine, "test", 1)
+    with xarray.open_dataset(tmp_path / "a.h5", engine=engine) as data:
         assert data.attrs["schema"] == "test"
+
+
+def test_text_of_fixed_length_as_earlier_versions_stored_it_is_read(tmp_path: Path) -> None:
+    store.write(tmp_path / "a.h5", some(), HEAD)
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        del file["status"]
+        encoded = np.strings.encode(some()["status"].values, "utf-8")
+        file.create_dataset("status", data=encoded.astype(h5py.string_dtype("utf-8", 9)), fletcher32=True)
+        file["status"].attrs["_Encoding"] = "utf-8"
+    assert list(read(tmp_path / "a.h5")["status"]) == ["CONVERGED", "É", ""]
 
 
 def test_a_write_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,13 +104,18 @@ def test_what_a_killed_writer_left_is_removed_and_nothing_else(tmp_path: Path) -
     assert set(tmp_path.iterdir()) == {alive, other}
 
 
-@pytest.mark.parametrize("name", ["gap", "x", "status"])
+@pytest.mark.parametrize("name", ["gap", "x", "text", "place of text"])
 def test_a_flipped_bit_is_noticed(tmp_path: Path, name: str) -> None:
     path = tmp_path / "a.h5"
     store.write(path, some(), HEAD)
-    with h5py.File(path, "r") as file:
-        offset = file[name].id.get_chunk_info(0).byte_offset
     content = bytearray(path.read_bytes())
+    with h5py.File(path, "r") as file:
+        if name == "text":
+            offset = content.index(b"CONVERGED")
+        elif name == "place of text":
+            offset = file["status"].id.get_offset()
+        else:
+            offset = file[name].id.get_chunk_info(0).byte_offset
     content[offset + 3] ^= 0x10
     path.write_bytes(content)
     with pytest.raises(StoreError, match="damaged"):
