@@ -1,22 +1,30 @@
 """Write results: whole or not at all, never over an input or a file of others, and never two writers at once.
 
 Where that cannot be done, each function raises OutputError, and what was there stays as it was.
+
+A lock is flock(2) on a file that names its process.  Where a file system has none, as NFS without a lock daemon, the
+file itself is the lock: it holds until it is removed, or until its process has ended, which its own machine sees.
 """
 
+import errno
+import fcntl
+import logging
 import os
 import socket
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
-
-from filelock import FileLock, Timeout
 
 from continuum.errors import OutputError
 
 MARK = b"written by stickiness"
 """What pictures and pages say of themselves, where nobody reads it."""
+
+_WITHOUT_LOCKS = frozenset({errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS})
+_LOCKLESS = set[Path]()
+"""Folders that were found to have no locks, which is said once of each."""
 
 
 class LockedError(OutputError):
@@ -37,12 +45,20 @@ def folder(path: str | Path) -> Path:
 
 
 @contextmanager
+def _written(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
+
+
+@contextmanager
 def whole(path: str | Path) -> Iterator[BinaryIO]:
     """Open a new file, which gets its name only when it is complete and on the disk, and is removed otherwise."""
     path = Path(path)
     # Same folder, so that the replacement is a rename; host and process, so that two writers never share it.
     temporary = path.with_name(f"{_stem(path)}{socket.gethostname()}.{os.getpid()}.tmp")
-    try:
+    with _written(path):
         if path.exists() and not path.is_file():
             raise OutputError(f"{path}: is not a regular file; choose another name or folder")
         try:
@@ -54,8 +70,6 @@ def whole(path: str | Path) -> Iterator[BinaryIO]:
             _sync(path.parent)
         finally:
             temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
 
 
 def save(path: str | Path, content: bytes | str, *, own: bool = False) -> Path:
@@ -111,11 +125,9 @@ def is_locked(mark: Path) -> bool:
 def placed(path: str | Path, final: str | Path) -> Path:
     """Move a complete file to its final name, in another folder of the same disk; returns that name."""
     final = Path(final)
-    try:
+    with _written(final):
         Path(path).replace(final)
         _sync(final.parent)
-    except OSError as error:
-        raise OutputError(f"{final}: cannot be written: {reason(error)}") from error
     return final
 
 
@@ -127,25 +139,98 @@ def reserved(path: str | Path) -> Iterator[None]:
     """
     path = Path(path)
     folder(path.parent)
-    try:
-        if path.exists() and not path.is_file():
-            raise OutputError(f"{path}: is not a regular file; choose another folder with --output")
-        mark = path.with_name(f".{path.name}.lock")
-        lock = FileLock(mark, timeout=0)
-        lock.acquire()
-    except Timeout:
-        msg = f"{path}: is being written by {holder(mark)}; wait for it, or choose another folder with --output"
-        raise LockedError(msg) from None
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
-    try:
-        mark.write_text(f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}")
+    if path.exists() and not path.is_file():
+        raise OutputError(f"{path}: is not a regular file; choose another folder with --output")
+
+    def refusal(holder: str) -> str:
+        return f"{path}: is being written by {holder}; wait for it, or choose another folder with --output"
+
+    with locked(path.with_name(f".{path.name}.lock"), refusal):
         remove_stale(path)
         yield
+
+
+@contextmanager
+def locked(
+    mark: Path, refusal: Callable[[str], str], *, inherited: bool = False, patience: float = 0.0
+) -> Iterator[int]:
+    """Hold a lock; yields its descriptor.
+
+    Parameters
+    ----------
+    mark : the lock file, which is removed at the end.
+    refusal : message if another process holds the lock, made of the name of that process.
+    inherited : whether child processes get the descriptor, and hold the lock until the last of them has ended, even if
+        this process is killed; the lock file then stays, so that none of them holds a file without a name.
+    patience : seconds to wait for the lock.
+
+    Raises LockedError if another process holds it, OutputError if the lock file cannot be written.
+    """
+    end = time.monotonic() + patience
+    with _written(mark.parent):
+        while (taken := _taken(mark)) is None:
+            if time.monotonic() >= end:
+                remedy = f"; if that process has ended, remove {mark}" if mark.parent in _LOCKLESS else ""
+                raise LockedError(refusal(holder(mark)) + remedy)
+            time.sleep(0.02)
+    descriptor, real = taken
+    try:
+        with _written(mark.parent):
+            os.ftruncate(descriptor, 0)
+            since = time.strftime("%Y-%m-%d %H:%M:%S")
+            os.pwrite(descriptor, f"process {os.getpid()} on {socket.gethostname()} since {since}".encode(), 0)
+        yield descriptor
     finally:
-        # Removed while it is locked: a waiting process sees that it has no name any more, and makes a new one.
-        mark.unlink(missing_ok=True)
-        lock.release()
+        if not (inherited and real):
+            # Removed while it is locked: a waiting process sees that it has no name any more, and makes a new one.
+            mark.unlink(missing_ok=True)
+        os.close(descriptor)
+
+
+def _taken(mark: Path) -> tuple[int, bool] | None:
+    """Descriptor of a lock that is now held, and whether it is flock's; None if another process holds it."""
+    flags = os.O_RDWR | os.O_CREAT
+    try:
+        descriptor, new = os.open(mark, flags | os.O_EXCL, 0o666), True
+    except FileExistsError:
+        descriptor, new = os.open(mark, flags, 0o666), False
+    try:
+        real = _flock(descriptor, mark.parent)
+        if (real and _is_at(mark, descriptor)) or (real is False and new):
+            return descriptor, real
+    except BaseException:
+        os.close(descriptor)
+        raise
+    os.close(descriptor)
+    if real is None or (not real and is_locked(mark)):
+        return None
+    if not real:
+        mark.unlink(missing_ok=True)  # its process was killed
+    return _taken(mark)
+
+
+def _flock(descriptor: int, place: Path) -> bool | None:
+    """Whether flock holds the file now; None if it does for another process, False where there is no flock."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):  # the latter on some network file systems
+        return None
+    except OSError as error:
+        if error.errno not in _WITHOUT_LOCKS:
+            raise
+        if place not in _LOCKLESS:
+            _LOCKLESS.add(place)
+            said = "this file system has no locks: files that name the process that writes keep others out instead"
+            logging.getLogger(__name__).warning("%s: %s", place, said)
+        return False
+    return True
+
+
+def _is_at(mark: Path, descriptor: int) -> bool:
+    try:
+        return os.path.samestat(mark.stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
 
 
 def holder(mark: Path) -> str:

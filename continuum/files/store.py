@@ -10,7 +10,6 @@ have a fixed length.  Errors are those of :mod:`continuum.files.hdf5`.
 """
 
 import zlib
-
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
