@@ -1,6 +1,7 @@
 """Expected failures: the message of each says what is wrong and what to do."""
 
 import re
+import signal
 from collections.abc import Mapping
 
 OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
@@ -8,10 +9,13 @@ OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 EXIT_CODES: Mapping[int, str] = {
     OK: "all well",
     NOT_CONVERGED: "something did not converge, has no solution (a tension too large, an area that is jumped over) or "
-    "violates a bound (of a validation); or the work was stopped; finished work is stored",
+    "violates a bound (of a validation); finished work is stored",
     BAD_INPUT: "the input is at fault, or the output cannot be written; nothing was written",
+    128 + signal.SIGINT: "stopped by Ctrl-C; finished work is stored, and the same command continues from there",
+    128 + signal.SIGTERM: "stopped by SIGTERM, as `kill` and queues send it, likewise; 129 by SIGHUP, as a terminal "
+    "that is closed sends it; 141 where nobody reads the output any more",
 }
-"""Exit codes of both programs, and what they mean."""
+"""Exit codes of both programs, and what they mean: of a signal 128 and its number, as a shell has it."""
 
 
 _LONG = re.compile(r"[^\s/]{81,}")

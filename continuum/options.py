@@ -6,6 +6,7 @@ What this module imports is light, so that ``--help`` comes at once.
 import inspect
 import os
 import re
+import signal
 import sys
 from collections.abc import Callable, Container, Mapping, Sequence
 from functools import wraps
@@ -75,7 +76,7 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
         return error.exit_code
     except KeyboardInterrupt:
         sys.stderr.write("stopped; nothing was done\n")
-        return 1
+        return 128 + signal.SIGINT
     if done is None and not {"--help", "-h", "--version"} & set(words):  # no command: the help was printed
         raise SystemExit(BAD_INPUT)
     return int(done or OK)

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,7 +12,7 @@ from continuum.errors import NOT_CONVERGED, OK, InputError
 from continuum.front import sweeps
 from continuum.options import like
 from continuum.paper import publication
-from continuum.show.console import EstimatedProgress, clear, show, warn
+from continuum.show.console import EstimatedProgress, clear, show, until_ctrl_c, warn
 from continuum.show.runs import result_line, status_sheets, table_sheets
 from continuum.sweeps import collect as collecting
 
@@ -74,7 +73,7 @@ def sweep_status(sweep: Path, *, settings: Settings = None, watch: Annotated[flo
                  **given: Any) -> int:  # fmt: skip
     if watch is not None and not 0 < watch <= 86400:
         raise InputError(f"--watch {watch:g}: give seconds, more than 0 and at most a day")
-    with suppress(KeyboardInterrupt):
+    with until_ctrl_c():
         while True:
             found = collecting.sweep_status(sweep, settings=dict(settings or ()), **given)
             if watch is not None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import signal
+import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
     Main = Callable[[Sequence[str]], int]
 
+ROOT = Path(__file__).parents[1]
 PROGRAMS = [(continuum.cli.main, continuum.cli.app), (atomistic.cli.main, atomistic.cli.app)]
 
 
@@ -107,3 +110,30 @@ def test_a_wrong_command_line_is_one_message(words: list[str], said: str, capsys
         continuum.cli.main(words)
     assert end.value.code == 2
     assert said in "".join(capsys.readouterr())
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(("main", "kind"), [(continuum.cli.main, "run"), (atomistic.cli.main, "deck")])
+def test_what_is_stopped_does_not_end_as_what_did_not_converge(
+    main: Main, kind: str, number: signal.Signals, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # A test runner that was started by nohup, or in the background, ignores them.
+    before = {each: signal.signal(each, signal.default_int_handler) for each in (signal.SIGINT, signal.SIGHUP)}
+    module = f"{main.__module__.partition('.')[0]}.commands"
+    monkeypatch.setattr(f"{module}.schema_of", lambda _: signal.raise_signal(number))
+    try:
+        assert main(["schema", kind]) == 128 + number
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+    assert capsys.readouterr().err.startswith("stopped; ")
+
+
+@pytest.mark.parametrize(("code", "drawn"), [(0, True), (1, True), (2, False), (130, False), (143, False)])
+def test_make_draws_figures_of_what_ended_by_itself(code: int, drawn: bool, tmp_path: Path) -> None:
+    program = tmp_path / "continuum"
+    program.write_text(f'#!/bin/sh\n[ "$1" = plot ] && touch {tmp_path}/drawn && exit\nexit {code}\n')
+    program.chmod(0o755)
+    make = ["make", "-C", str(ROOT), "--old-file", ".venv/installed", "figures", f"BIN={tmp_path}"]
+    done = subprocess.run(make, capture_output=True, check=False)
+    assert (done.returncode == 0) == (tmp_path / "drawn").exists() == drawn

@@ -243,7 +243,7 @@ def test_a_run_that_is_stopped_says_so(tmp_path: Path, stopped_by: signal.Signal
     process = waiting(tmp_path)
     process.send_signal(stopped_by)
     _, error = process.communicate(timeout=120)
-    assert process.returncode == 1
+    assert process.returncode == 128 + stopped_by
     assert error == "stopped; finished work is stored, and the same command continues from there\n"
 
 
@@ -259,7 +259,7 @@ def test_in_the_background_only_kill_stops_a_run(tmp_path: Path) -> None:
     assert process.stdout.readline() == "still here\n"
     process.terminate()
     _, error = process.communicate(timeout=120)
-    assert process.returncode == 1
+    assert process.returncode == 128 + signal.SIGTERM
     assert error.startswith("stopped; ")
 
 
@@ -278,7 +278,7 @@ def test_a_terminal_or_a_reader_that_is_gone_stops_a_run_in_order(
         )
     os.close(theirs)
     os.close(ours)
-    assert process.wait(timeout=120) == 1
+    assert process.wait(timeout=120) == 128 + signal.SIGPIPE
     assert (tmp_path / "log").read_text() == "stopped, as the output cannot be written; finished work is stored\n"
 
 

@@ -1,4 +1,4 @@
-"""A file system without flock, as NFS without a lock daemon: both programs fall back alike, and say so in a sentence."""
+"""A file system without flock, as NFS without a lock daemon: both programs fall back alike, and say so."""
 
 from __future__ import annotations
 

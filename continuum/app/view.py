@@ -2,13 +2,12 @@
 
 import asyncio
 import webbrowser
-from contextlib import suppress
 from pathlib import Path
 
 from continuum.arguments import count, flag
 from continuum.errors import InputError
 from continuum.files.toml import find
-from continuum.show.console import tell
+from continuum.show.console import tell, until_ctrl_c
 
 
 def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True) -> None:
@@ -43,7 +42,7 @@ def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True)
             webbrowser.open(address)
 
     try:
-        with suppress(KeyboardInterrupt):
+        with until_ctrl_c():
             asyncio.run(serve_view(path, port, begun))
     except InputError:
         raise

@@ -220,7 +220,7 @@ def _flock(descriptor: int, place: Path) -> bool | None:
             raise
         if place not in _LOCKLESS:
             _LOCKLESS.add(place)
-            said = "this file system has no locks: files that name the process that writes keep others out instead"
+            said = "this file system has no locks; a file there that names this process keeps others out instead"
             logging.getLogger(__name__).warning("%s: %s", place, said)
         return False
     return True

@@ -13,7 +13,7 @@ import unicodedata
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, Literal
+from typing import Any, Literal, NoReturn
 
 from rich.console import Console
 from rich.progress import (
@@ -202,15 +202,31 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
             # The reader, such as `head`, has seen enough, or the terminal is gone.  Nothing more can be said to it, not
             # even as the process ends.
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            return _complain("stopped, as the output cannot be written; finished work is stored", NOT_CONVERGED)
+            said = "stopped, as the output cannot be written; finished work is stored"
+            return _complain(said, 128 + signal.SIGPIPE)
         where = f"{error.filename}: " if error.filename is not None else ""
         return _complain(f"{where}{error.strerror or error}", BAD_INPUT)
     except MemoryError as error:
         detail = f" ({error})" if str(error) else ""
         return _complain(f"there is not enough memory{detail}; `check` says how much an input needs", NOT_CONVERGED)
-    except KeyboardInterrupt:
-        return _complain("stopped; finished work is stored, and the same command continues from there", NOT_CONVERGED)
+    except KeyboardInterrupt as stopped:
+        said = "stopped; finished work is stored, and the same command continues from there"
+        return _complain(said, 128 + (stopped.args[0] if stopped.args else signal.SIGINT))
     return code
+
+
+@contextmanager
+def until_ctrl_c() -> Iterator[None]:
+    """Run what has no other end than Ctrl-C; other signals stop it as they stop any command."""
+    try:
+        yield
+    except KeyboardInterrupt as stopped:
+        if stopped.args:
+            raise
+
+
+def _stop(number: int, frame: object) -> NoReturn:
+    raise KeyboardInterrupt(number)
 
 
 @contextmanager
@@ -223,7 +239,7 @@ def _stopped_as_by_ctrl_c() -> Iterator[None]:
     try:
         for each in (signal.SIGTERM, signal.SIGHUP):
             if each is signal.SIGTERM or signal.getsignal(each) is not signal.SIG_IGN:
-                before[each] = signal.signal(each, signal.default_int_handler)
+                before[each] = signal.signal(each, _stop)
     except ValueError:  # only the main thread of a process receives signals
         pass
     try:

@@ -151,6 +151,7 @@ def slurm_script(command: str, allocation: Allocation, name: str) -> str:
         f"#SBATCH --job-name={name}",
         *allocation.head,
         f"#SBATCH --output={name}-%{'A-%a' if shards else 'j'}.log",
+        "#SBATCH --open-mode=append",  # a job that is requeued keeps its log
         "# The same job, submitted again, goes on where this one was stopped.",
         "set -eu",
         f"export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS={threads}",

@@ -146,7 +146,7 @@ def test_a_job_asks_for_what_it_is_told_to_ask_for(many: Path, capsys: pytest.Ca
     ]  # fmt: skip
     assert main(["sweep", "slurm", str(many), *words]) == 0
     script = capsys.readouterr().out.splitlines()
-    for line in ("cpus-per-task=6", "partition=short", "account=p_7", "array=1-4", "nodes=1"):
+    for line in ("cpus-per-task=6", "partition=short", "account=p_7", "array=1-4", "nodes=1", "open-mode=append"):
         assert f"#SBATCH --{line}" in script
     memory = next(int(line[14:-1]) for line in script if line.startswith("#SBATCH --mem="))
     assert 2 * 2e9 < memory * 2**20 < 2 * 2e9 + 2 * 1e9 + 2 * 2**30  # and what Python and a shell need
