@@ -121,7 +121,7 @@ class Bisection:
                 return replace(bracket, next=value)
             bracket = replace(bracket, trials=number + 1)
             if math.isnan(found):
-                why = "the point did not converge, is jumped over, or has none"
+                why = "the point did not converge, has none, or is jumped over by a jump across the value"
                 return replace(bracket, reason=f"no {self.column} at {name} {value:g}: {why}")
             if number == 1 and (start == end or not min(start, end) <= 0 <= max(start, end)):
                 said = f"no crossing between {self.first:g} and {self.last:g}"

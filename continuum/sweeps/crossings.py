@@ -1,5 +1,6 @@
 """The searches of a sweep: each trial is an ordinary system, and results follow from their files."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +12,8 @@ from continuum.files.hdf5 import StoreError
 from continuum.files.tables import identity
 from continuum.files.toml import text_of
 from continuum.model.fourier import Real
+from continuum.path.state import JumpSide, Outcome
+from continuum.runs.result import Result
 from continuum.sweeps.axes import System, label_of
 from continuum.sweeps.bisection import Bisection, Bracket
 from continuum.sweeps.folder import Folder, names
@@ -79,7 +82,7 @@ def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
             trials[value] = replace(plan, key=identity(plan.config))
         if known.get(value) is None:
             try:
-                known[value] = _column(search, trials[value].key, _on_disk(folder))
+                known[value] = _column(search, folder, trials[value].key, _on_disk(folder))
             except StoreError as error:  # not a fault of the search
                 raise OutputError(f"{error}; `continuum sweep verify --aside` moves it away") from error
         return known[value]
@@ -112,7 +115,7 @@ def done_before(root: Path) -> Callable[[Any], bool]:
             return task.path.stem in there
         keys = {search.first: task.plan.key, search.last: task.upper, **read_trials(task.path)}
         try:
-            return _bracket(search, keys, _on_disk(folder)).next is None
+            return _bracket(search, folder, keys, _on_disk(folder)).next is None
         except StoreError:
             return False
 
@@ -133,9 +136,9 @@ def crossings_of(root: Path, listing: SweepListing, numbers: Numbers | None = No
         keys = {system.settings[search.key]: system.key for system in each.systems}
         damaged = ""
         try:
-            bracket = _bracket(search, keys, numbers or _on_disk(folder))
+            bracket = _bracket(search, folder, keys, numbers or _on_disk(folder))
         except StoreError as error:
-            bracket, damaged = _bracket(search, {}, numbers or _on_disk(folder)), str(error)
+            bracket, damaged = _bracket(search, folder, {}, numbers or _on_disk(folder)), str(error)
         status = damaged or bracket.reason or ("found" if bracket.next is None else "not done")
         if status == "not done" and (reason := folder.failure_reason(each.name)):
             status = f"failed: {reason}"
@@ -152,10 +155,31 @@ def _on_disk(folder: Folder) -> Numbers:
     return numbers
 
 
-def _bracket(search: Bisection, keys: Mapping[float, str], numbers: Numbers) -> Bracket:
-    return search.follow(lambda value: _column(search, keys[value], numbers) if value in keys else None)
+def _bracket(search: Bisection, folder: Folder, keys: Mapping[float, str], numbers: Numbers) -> Bracket:
+    return search.follow(lambda value: _column(search, folder, keys[value], numbers) if value in keys else None)
 
 
-def _column(search: Bisection, key: str, numbers: Numbers) -> float | None:
+def _column(search: Bisection, folder: Folder, key: str, numbers: Numbers) -> float | None:
     table = numbers(key)
-    return None if table is None else search.at(table)
+    if table is None:
+        return None
+    value = search.at(table)
+    return beside_jump(search, Result.read(folder.point(key))) if math.isnan(value) else value
+
+
+def beside_jump(search: Bisection, result: Result) -> float:
+    """The column where its area is jumped over, if both sides of the jump are on one side of the value; else NaN.
+
+    Between the sides it is taken as linear in the area.
+    """
+    steps = [step for step, point in enumerate(result.points) if search.is_target(point.target)]
+    step = next(iter(steps), -1) if search.target is not None else len(result.points) - 1
+    jumps = [passed.event for passed in result.events if passed.step == step]
+    if not jumps or result.points[step].status != Outcome.JUMPED_OVER.name or search.column not in JumpSide._fields:
+        return math.nan
+    before, after = jumps[-1].before, jumps[-1].after
+    ends = getattr(before, search.column), getattr(after, search.column)
+    if min(ends) <= search.crosses <= max(ends):
+        return math.nan
+    share = (result.points[step].target - before.area_rep) / (after.area_rep - before.area_rep)
+    return float(ends[0] + share * (ends[1] - ends[0]))

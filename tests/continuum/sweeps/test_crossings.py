@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,13 @@ import pytest
 import xarray
 
 import continuum as c
-import continuum.sweeps.crossings
 from continuum.cli import main
 from continuum.errors import InputError, OutputError
+from continuum.files.inputs import InputFile
 from continuum.files.toml import ConfigError
 from continuum.runs.cost import cost_of
+from continuum.runs.result import Result
+from continuum.sweeps import crossings
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.collect import collect
 from continuum.sweeps.crossings import TrialError, crossings_of, done_before, solve_task
@@ -49,7 +52,7 @@ def described(folder: Path, sweep: str = SEARCHES, text: str = PLAIN) -> Path:
     return path
 
 
-def solved(path: Path, root: Path, **options: Any) -> None:
+def solved(path: InputFile, root: Path, **options: Any) -> None:
     """As the command does it, in this process."""
     for task in begin(Sweep.read(path, **options), root):
         solve_task(root, task)
@@ -97,6 +100,39 @@ def test_a_search_finds_the_turn_that_one_solve_finds(tmp_path: Path) -> None:
     assert turn.converged
     # Each is known within its tolerance; areas are met within half a point only.
     assert turn.work_of_adhesion == pytest.approx(found.value, rel=0.1)
+
+
+def test_a_search_goes_on_past_a_jump_whose_sides_are_on_one_side_of_the_value(tmp_path: Path) -> None:
+    """Strong adhesion on small heights jumps over the area, from one negative load to another."""
+    search = {"bisect": "load at 5 %", "from": 0.02, "to": 1.0, "tolerance": 0.5}
+    surface = {"kind": "self-affine", "hurst": 0.8, "rms_slope": 0.1, "lambda_s": 8.0, "lambda_L": 16.0, "seed": 1}
+    root = tmp_path / "many"
+    solved(
+        {
+            "grid": {"n": 32},
+            "surface": surface,
+            "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.02},
+            "substrate": {"response": "half-space", "mean": "clamped"},
+            "loading": {
+                "control": "repulsive-area", "targets": [0.05], "area_tolerance": 0.05, "area_resolution": 0.02
+            },
+            "sweep": {"axes": {"surface.rms_slope": search}},
+        },
+        root,
+    )  # fmt: skip
+    (found,) = c.sweep_status(root).crossings
+    assert found.found
+    assert found.bracket.at_lower < 0 < found.bracket.at_upper
+    result = Result.read(root / "points" / f"{systems_of(root).systems[0].key[:24]}.h5")
+    assert result.points[0].status == "JUMPED_OVER"
+    loads = sorted((result.events[0].event.before.load, result.events[0].event.after.load))
+    asked = systems_of(root).bisection
+    assert asked is not None
+    assert loads[0] < crossings.beside_jump(asked, result) < loads[1] < 0
+    # On which side the area itself would be, a jump across the value does not say; nor does it say all columns.
+    assert np.isnan(crossings.beside_jump(replace(asked, crosses=sum(loads) / 2), result))
+    assert np.isnan(crossings.beside_jump(replace(asked, column="kappa"), result))
+    assert np.isnan(crossings.beside_jump(replace(asked, target=0.06), result))
 
 
 def test_what_was_found_stands_in_tables_that_xarray_and_people_read(
@@ -181,14 +217,14 @@ def test_a_search_belongs_to_one_shard_and_goes_on_where_it_was_stopped(
     root = tmp_path / "out" / "many"
     parts = [begin(Sweep.read(path), root, shard=(i, 3)) for i in (1, 2, 3)]
     assert [len(part) for part in parts] == [1, 1, 0]
-    solve, count = continuum.sweeps.crossings.solve_system, iter(range(100))
+    solve, count = crossings.solve_system, iter(range(100))
 
     def stopped(folder: Path, task: SystemTask) -> None:
         if next(count) == 4:
             raise KeyboardInterrupt
         solve(folder, task)
 
-    monkeypatch.setattr(continuum.sweeps.crossings, "solve_system", stopped)
+    monkeypatch.setattr(crossings, "solve_system", stopped)
     with pytest.raises(KeyboardInterrupt):
         solve_task(root, parts[0][0])
     monkeypatch.undo()
@@ -232,7 +268,7 @@ def test_a_failed_trial_ends_its_search_with_the_reason_and_is_tried_again_on_re
     def failing(folder: Path, task: SystemTask) -> None:
         raise InputError("no such luck")
 
-    monkeypatch.setattr(continuum.sweeps.crossings, "solve_system", failing)
+    monkeypatch.setattr(crossings, "solve_system", failing)
     first, second = begin(Sweep.read(path), root)
     failed = second if done_before(root)(first) else first
     with pytest.raises(TrialError, match=r"at adhesion_length 0\.00\d+: InputError: no such luck") as caught:
