@@ -82,7 +82,7 @@ def sweep_status(sweep: Path, *, settings: Settings = None, watch: Annotated[flo
                 show(sheet)
             for change in found.changes:
                 print(f"would change: {change}")
-            if watch is None or found.done + len(found.failed) >= found.total:
+            if watch is None or not found.left:
                 break
             time.sleep(watch)
     return OK

@@ -182,7 +182,7 @@ def status_sheets(found: SweepStatus) -> list[Sheet]:
         *(("", text) for text in found.running[:_MOST]),
         *(("a process died", text) for text in found.died[:_MOST]),
         ("failed", len(found.failed)),
-        ("left", found.total - found.done - len(found.failed)),
+        ("left", found.left),
     ]
     if found.crossings:  # the trials of a search are not known in advance
         ended = [one for one in found.crossings if one.complete]

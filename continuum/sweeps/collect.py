@@ -23,7 +23,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
 from continuum.sweeps.axes import Sweep, System
-from continuum.sweeps.crossings import Crossing, crossings_of
+from continuum.sweeps.crossings import NOT_DONE, Crossing, asked_for, crossings_of
 from continuum.sweeps.cube import as_cell, cube_of
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
@@ -177,6 +177,8 @@ def collect(root: str | Path) -> PointTable:
             found[key] = numbers_of(path, key)
         except StoreError as error:
             faults.append(str(error))
+    crossings = crossings_of(folder.root, listing, lambda key: found[key].table if key in found else None)
+    asked = asked_for(listing, crossings, {key for key, _ in there})
     good = [one.table[one.table[:, list(COLUMNS).index("converged")] == 1] for one in found.values()]
     return PointTable(
         listing,
@@ -185,10 +187,10 @@ def collect(root: str | Path) -> PointTable:
         np.concatenate(good) if good else np.empty((0, len(COLUMNS))),
         np.array([one.seconds for one in found.values()]),
         sum(len(one.table) for one in found.values()) - sum(map(len, good)),
-        len(listing.systems) - len(there),
+        len(asked.systems) - len(there),
         tuple(faults),
         dict(Counter(one.made for one in found.values())),
-        crossings=crossings_of(folder.root, listing, lambda key: found[key].table if key in found else None),
+        crossings=crossings,
     )
 
 
@@ -244,6 +246,8 @@ class SweepStatus:
     """Systems per hour, lately; NaN if that is not known."""
     seconds_left: float
     """Time left at the recent rate, by the estimated work of the systems, in s; NaN if that is not known."""
+    left: int
+    """Systems, or searches, that a further run would do: neither done nor failed."""
     others: int
     """Number of kept files of an earlier input, whose systems are not listed now."""
     changes: tuple[str, ...] = ()
@@ -288,9 +292,11 @@ def sweep_status(
         changes = changes_of(root, asked) or ["nothing: these are the same systems"]
     folder, listing = Folder(root), systems_of(root)
     ended = {path.stem: path.stat().st_mtime for path in folder.points.glob("*.h5")}
+    crossings = crossings_of(root, listing)
+    there = {system.key for system in listing.systems if folder.point(system.key).stem in ended}
+    listing = asked_for(listing, crossings, there)
     costs = {folder.point(system.key).stem: system for system in listing.systems}
     done = {name: when for name, when in ended.items() if name in costs}
-    crossings = crossings_of(root, listing)
     tried = [(name, system.label) for name, system in costs.items() if name not in done]
     tried += [(one.name, one.label) for one in crossings]
     failed = [(label, reason) for name, label in tried if (reason := folder.failure_reason(name))]
@@ -305,12 +311,14 @@ def sweep_status(
         for mark in sorted(folder.work.glob("*.died"))
         if mark.stem in costs and mark.stem not in done
     ]
-    left = sum(system.cost for name, system in costs.items() if name not in done)
+    work = sum(system.cost for name, system in costs.items() if name not in done)
+    left = len(costs) - len(done) - len(failed)
     if listing.bisection is not None:  # searches may try more systems than are listed yet
         each, most = zip(listing.searches, crossings, strict=True), listing.bisection.most
-        left += sum((most - len(one.systems)) * one.systems[0].cost for one, found in each if not found.complete)
-    rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
-    seconds = left / work_rate if work_rate > 0 else np.nan
+        work += sum((most - len(one.systems)) * one.systems[0].cost for one, found in each if not found.complete)
+        left = sum(found.status == NOT_DONE for found in crossings)
+    rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()], idle=not running)
+    seconds = work / work_rate if work_rate > 0 else np.nan
     return SweepStatus(
         listing,
         len(done),
@@ -318,6 +326,7 @@ def sweep_status(
         tuple(failed),
         rate,
         seconds,
+        left,
         len(ended) - len(done),
         tuple(changes),
         crossings,
@@ -334,10 +343,10 @@ def _points_in(path: Path) -> str:
     return f", {len(found['step'])} points stored" if "step" in found else ""
 
 
-def _rates(ended: list[tuple[float, System]]) -> tuple[float, float]:
-    """Systems per hour and work per second of the last finished systems."""
+def _rates(ended: list[tuple[float, System]], *, idle: bool) -> tuple[float, float]:
+    """Systems per hour and work per second of the last finished systems; until now, unless nothing runs now."""
     last = sorted(ended, key=lambda each: each[0])[-_RECENT:]
-    seconds = time.time() - last[0][0] if len(last) > 1 else 0.0
+    seconds = (last[-1][0] if idle else time.time()) - last[0][0] if len(last) > 1 else 0.0
     if seconds <= 0:
         return np.nan, 0.0
     return 3600 * (len(last) - 1) / seconds, sum(system.cost for _, system in last[1:]) / seconds

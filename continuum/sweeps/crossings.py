@@ -1,7 +1,7 @@
 """The searches of a sweep: each trial is an ordinary system, and results follow from their files."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,9 @@ from continuum.sweeps.sweep import SweepListing, SystemTask, read_trials, save_t
 
 Numbers = Callable[[str], Real | None]
 """Function that returns the table of numbers of a system by its identity; None if there is none."""
+
+NOT_DONE = "not done"
+"""Status of a search that a further run would go on with."""
 
 
 class TrialError(StickinessError):
@@ -139,12 +142,25 @@ def crossings_of(root: Path, listing: SweepListing, numbers: Numbers | None = No
             bracket = _bracket(search, folder, keys, numbers or _on_disk(folder))
         except StoreError as error:
             bracket, damaged = _bracket(search, folder, {}, numbers or _on_disk(folder)), str(error)
-        status = damaged or bracket.reason or ("found" if bracket.next is None else "not done")
-        if status == "not done" and (reason := folder.failure_reason(each.name)):
+        status = damaged or bracket.reason or ("found" if bracket.next is None else NOT_DONE)
+        if status == NOT_DONE and (reason := folder.failure_reason(each.name)):
             status = f"failed: {reason}"
         settings = {key: value for key, value in given.items() if key != search.key}
         found.append(Crossing(each.name, settings, bracket, status))
     return tuple(found)
+
+
+def asked_for(listing: SweepListing, crossings: Sequence[Crossing], done: Container[str]) -> SweepListing:
+    """A listing without the ends that a search has never needed, as it has ended before.
+
+    Parameters
+    ----------
+    done : identities of the systems that are done.
+    """
+    both = zip(listing.searches, crossings, strict=True)
+    ended = {system.key for each, found in both if found.complete for system in each.systems}
+    systems = (system for system in listing.systems if system.key in done or system.key not in ended)
+    return replace(listing, systems=tuple(systems))
 
 
 def _on_disk(folder: Folder) -> Numbers:

@@ -106,20 +106,15 @@ def test_a_search_goes_on_past_a_jump_whose_sides_are_on_one_side_of_the_value(t
     """Strong adhesion on small heights jumps over the area, from one negative load to another."""
     search = {"bisect": "load at 5 %", "from": 0.02, "to": 1.0, "tolerance": 0.5}
     surface = {"kind": "self-affine", "hurst": 0.8, "rms_slope": 0.1, "lambda_s": 8.0, "lambda_L": 16.0, "seed": 1}
+    system = {
+        "grid": {"n": 32},
+        "surface": surface,
+        "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.02},
+        "substrate": {"response": "half-space", "mean": "clamped"},
+        "loading": {"control": "repulsive-area", "targets": [0.05], "area_tolerance": 0.05, "area_resolution": 0.02},
+    }
     root = tmp_path / "many"
-    solved(
-        {
-            "grid": {"n": 32},
-            "surface": surface,
-            "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.02},
-            "substrate": {"response": "half-space", "mean": "clamped"},
-            "loading": {
-                "control": "repulsive-area", "targets": [0.05], "area_tolerance": 0.05, "area_resolution": 0.02
-            },
-            "sweep": {"axes": {"surface.rms_slope": search}},
-        },
-        root,
-    )  # fmt: skip
+    solved(system | {"sweep": {"axes": {"surface.rms_slope": search}}}, root)
     (found,) = c.sweep_status(root).crossings
     assert found.found
     assert found.bracket.at_lower < 0 < found.bracket.at_upper
@@ -133,6 +128,19 @@ def test_a_search_goes_on_past_a_jump_whose_sides_are_on_one_side_of_the_value(t
     assert np.isnan(crossings.beside_jump(replace(asked, crosses=sum(loads) / 2), result))
     assert np.isnan(crossings.beside_jump(replace(asked, column="kappa"), result))
     assert np.isnan(crossings.beside_jump(replace(asked, target=0.06), result))
+    # Such a search ends at its first end; the other one, which it never runs, is not waited for.
+    root = tmp_path / "across"
+    solved(system | {"sweep": {"axes": {"surface.rms_slope": search | {"crosses": sum(loads) / 2}}}}, root)
+    status, table = c.sweep_status(root), collect(root)
+    assert "a jump across the value" in status.crossings[0].status
+    assert (status.total, status.done, status.left, status.seconds_left) == (
+        1,
+        1,
+        0,
+        pytest.approx(np.nan, nan_ok=True),
+    )
+    assert (table.missing, len(table.keys)) == (0, 1)
+    assert main(["sweep", "status", str(root), "--watch", "60"]) == 0
 
 
 def test_what_was_found_stands_in_tables_that_xarray_and_people_read(
@@ -277,6 +285,7 @@ def test_a_failed_trial_ends_its_search_with_the_reason_and_is_tried_again_on_re
     monkeypatch.undo()
     found = c.sweep_status(root)
     assert [one.found for one in found.crossings] == [False, True]
+    assert found.left == 0, "a further run would do nothing"
     assert "failed: TrialError: at adhesion_length" in found.crossings[0].status
     assert [label for label, _ in found.failed] == ["seed 3, hurst 0.8, rms_slope 0.1"]
     again = c.sweep(path, root.parent)
