@@ -21,7 +21,7 @@ from atomistic.lammps.engine import command_words
 from atomistic.relax.specimen import specimen_of
 from continuum.arguments import count, file_name, flag, function
 from continuum.errors import StickinessError
-from continuum.files.hdf5 import StoreError
+from continuum.files.hdf5 import StoreError, understood
 from continuum.files.inputs import load
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Dataset
@@ -139,8 +139,9 @@ def validate(
                 results = _compare_all(config, parts, workers, decks, lmp_command, progress)
                 archive.write_archive(path, config, archive.join(results), about)
             shutil.rmtree(parts, ignore_errors=True)
-    stored = archive.read_archive(path)
-    return Validation(path, config, stored, tuple(budget.bound_verdicts(config, stored.columns)))
+    with understood(path):
+        stored = archive.read_archive(path)
+        return Validation(path, config, stored, tuple(budget.bound_verdicts(config, stored.columns)))
 
 
 def _compare_all(

@@ -16,7 +16,7 @@ from atomistic.response.force_constants import ForceConstants, SymmetryErrors
 from atomistic.response.lattice import LatticeResponse
 from continuum.errors import OutputError
 from continuum.files import output, store
-from continuum.files.hdf5 import StoreError
+from continuum.files.hdf5 import StoreError, understood
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Dataset
 from continuum.model.grid import Grid
@@ -63,7 +63,7 @@ def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
     key = response_key(slab, model)
     path = response_path(slab, model, folder)
     # A file that is missing, damaged or of another kind is measured anew.
-    with contextlib.suppress(StoreError):
+    with contextlib.suppress(StoreError), understood(path):
         return _read(path, slab, key)
     response = LatticeResponse.of_model(slab, model)
     # If the folder cannot be written, the next run measures again.

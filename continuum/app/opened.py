@@ -9,7 +9,7 @@ from typing import Any, get_args
 
 from continuum import units
 from continuum.errors import InputError
-from continuum.front.predict import predict
+from continuum.front.predict import of_maps
 from continuum.show.answer import statements
 from continuum.show.plot import image_bytes
 from continuum.show.prediction_figures import mending_figure
@@ -44,7 +44,7 @@ class OpenedMap:
 
     def predict(self, asked: Mapping[str, str]) -> Prediction:
         """The prediction for a form, without the solver; raises InputError about its fields."""
-        return predict(self.path, **arguments(asked), solve=False)
+        return of_maps([self.path], arguments(asked))
 
     def mending(self, asked: Mapping[str, str], found: Prediction) -> bytes:
         """A picture (PNG) of the measured map with holes filled, and of the map that is judged.

@@ -9,6 +9,7 @@ import base64
 import json
 import secrets
 import shlex
+import shutil
 import subprocess
 import tempfile
 import time
@@ -17,7 +18,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 from urllib.parse import unquote
 
 from tornado.httpserver import HTTPServer
@@ -60,24 +61,41 @@ class View:
     """Lock for drawing figures, as their style is global to the process."""
 
     def place(self, name: str) -> Path:
-        """Path for an upload, in a new folder."""
+        """Path for an upload, in a new folder; raises InputError if it would be read as an input."""
+        kept = safe_name(name)
+        if kept.lower().endswith(".toml"):
+            raise InputError("an input names files of this machine: open it with `continuum predict`")
         self.uploads += 1
         place = self.folder / f"map-{self.uploads}"
         place.mkdir()
-        return place / safe_name(name)
+        return place / kept
 
     def open(self, path: Path, shown: str) -> None:
-        """Open a map in place of the open map, or results in place of the open results.
+        """Open a map in place of the open map, or results in place of the open results, which are forgotten.
 
         Raises InputError if it is a folder without results.
         """
         if path.is_dir() or is_stored(path):
+            before = [] if self.results is None else [file.parent for file in self.results.runs.values()]
             self.results = OpenedResults.of(path)
-            return
-        self.stop()
-        folder = self.folder / f"of-{secrets.token_hex(4)}"
-        folder.mkdir()
-        self.opened = OpenedMap(path, shown, folder)
+        else:
+            self.stop()
+            before = [] if self.opened is None else [self.opened.path.parent, self.opened.folder]
+            folder = self.folder / f"of-{secrets.token_hex(4)}"
+            folder.mkdir()
+            self.opened = OpenedMap(path, shown, folder)
+        self.forget(*before)
+
+    def forget(self, *folders: Path) -> None:
+        """Delete folders of uploads and of what was made of them, and none of the user's."""
+        for folder in folders:
+            if folder.parent == self.folder:
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def is_open(self, path: Path) -> bool:
+        """Whether a file is the open map or the open results."""
+        results = () if self.results is None else self.results.runs.values()
+        return path in results or (self.opened is not None and path == self.opened.path)
 
     def stop(self) -> None:
         """End the solver, if it is running."""
@@ -121,6 +139,8 @@ class _Handler(RequestHandler):
         """Answer what is wrong, with the message of the command and without names of folders."""
         _, error, _ = more.get("exc_info", (None, None, None))
         said, opened, results = self._reason, self.view.opened, self.view.results
+        if status_code == 405:
+            said = f"{self.request.method} is not answered here"
         if isinstance(error, InputError):
             self.set_status(422)
             hidden = {str(opened.path): opened.shown} if opened is not None else {}
@@ -140,7 +160,7 @@ class _Handler(RequestHandler):
     def asked(self) -> Mapping[str, str]:
         try:
             found = json.loads(self.request.body)
-        except ValueError:
+        except (ValueError, RecursionError):
             found = None
         if not isinstance(found, dict):
             raise HTTPError(400, reason="no form")
@@ -175,26 +195,37 @@ class _Static(_Handler):
 class _Upload(_Handler):
     """Upload of a map: its bytes, with its name in a header."""
 
+    _path: Path | None = None
+    _file: BinaryIO
+
     def prepare(self) -> None:
         super().prepare()
-        self._shown = unquote(self.request.headers.get("X-Name", ""))[:200]
-        if int(self.request.headers.get("Content-Length", LARGEST + 1)) > LARGEST:
+        if self.request.method != "PUT":
+            raise HTTPError(405)
+        length = self.request.headers.get("Content-Length", "")
+        if not length.isdecimal():
+            raise HTTPError(411, reason="the request does not say how long the file is")
+        if len(length) > len(str(LARGEST)) or int(length) > LARGEST:
             raise HTTPError(413, reason=f"more than {LARGEST // 10**6} MB")
-        if self._shown.lower().endswith(".toml"):
-            raise HTTPError(422, reason="an input names files of this machine: open it with `continuum predict`")
-        self._path = self.view.place(self._shown)
+        self._path = self.view.place(unquote(self.request.headers.get("X-Name", ""))[:200])
         self._file = self._path.open("xb")
 
     def data_received(self, chunk: bytes) -> None:
         self._file.write(chunk)
 
     def put(self) -> None:
+        assert self._path is not None
         self._file.close()
         self.view.open(self._path, self._path.name)
         self.write({"opened": self._path.name, "states": is_stored(self._path)})
 
-    def on_connection_close(self) -> None:
-        self._file.close()
+    def on_finish(self) -> None:
+        """Delete what was not opened, or came in part only."""
+        if self._path is not None and not self.view.is_open(self._path):
+            self._file.close()
+            self.view.forget(self._path.parent)
+
+    on_connection_close = on_finish
 
 
 class _Predict(_Handler):
@@ -252,7 +283,11 @@ class _Solve(_Handler):
             self.write({"solving": False})
             return
         code = solving.poll()
-        said = (opened.folder / "said.txt").read_text(encoding="utf-8").replace(str(opened.path), opened.shown)
+        said = (
+            (opened.folder / "said.txt")
+            .read_text(encoding="utf-8", errors="replace")
+            .replace(str(opened.path), opened.shown)
+        )
         seconds = round(time.monotonic() - self.view.began)
         self.write({"solving": code is None, "code": code, "seconds": seconds, "said": said[-2000:]})
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum.files import store
-from continuum.files.hdf5 import StoreError
+from continuum.files.hdf5 import StoreError, understood
 from continuum.runs.config import RunConfig
 from continuum.runs.result import Result
 from continuum.sweeps.axes import label_of
@@ -54,20 +54,26 @@ class OpenedResults:
 
     def states(self, index: int) -> dict[str, Any]:
         """Numbers of every state of a run, its size, and the names of its maps."""
-        return self._run(index).states()
+        with understood(self._file(index)):
+            return self._run(index).states()
 
     def map(self, index: int, step: int, kind: str) -> NDArray[Any]:
         """A map of one state, shape (nx, ny): kinds of contact as whole numbers, gaps in single precision."""
         if kind not in MAPS:
             raise StoreError(f"{self.shown}: no such map")
-        found = self._run(index).map(step, kind)
-        return found.astype(np.uint8 if kind == "contact" else np.float32)
+        with understood(self._file(index)):
+            found = self._run(index).map(step, kind)
+            return found.astype(np.uint8 if kind == "contact" else np.float32)
 
-    def _run(self, index: int) -> _StoredRun | _StoredDeck:
+    def _file(self, index: int) -> Path:
         files = list(self.runs.values())
         if not 0 <= index < len(files):
             raise StoreError(f"{self.shown}: no such run")
-        return _READERS[store.schema_of(files[index]) or ""](files[index])
+        return files[index]
+
+    def _run(self, index: int) -> _StoredRun | _StoredDeck:
+        file = self._file(index)
+        return _READERS[store.schema_of(file) or ""](file)
 
 
 def is_stored(path: Path) -> bool:

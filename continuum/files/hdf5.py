@@ -91,13 +91,28 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
         file = h5py.File(path, "r", locking=False)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise StoreError(f"{path}: not an HDF5 file, or damaged or truncated ({error})") from error
-    with file:
-        try:
-            yield file
-        except StoreError:
-            raise
-        except (OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError, MemoryError) as error:
-            raise StoreError(f"{path}: cannot be read, probably damaged ({error})") from error
+    with file, understood(path):
+        yield file
+
+
+@contextmanager
+def understood(path: str | Path) -> Iterator[None]:
+    """Make sense of what was read from a file; whatever that raises becomes a StoreError, as the file is at fault."""
+    try:
+        yield
+    except StoreError:
+        raise
+    except (
+        OSError,
+        RuntimeError,
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        MemoryError,
+        ArithmeticError,
+    ) as error:
+        raise StoreError(f"{path}: cannot be read, probably damaged ({error})") from error
 
 
 def datasets_in(path: str | Path, group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:

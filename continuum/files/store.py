@@ -56,9 +56,20 @@ class Dataset:
         object.__setattr__(self, "values", values)
 
 
+class _Named(dict[str, Any]):
+    """What a file holds, by name; what it lacks is damage."""
+
+    def __init__(self, path: str | Path, held: Mapping[str, Any]) -> None:
+        super().__init__(held)
+        self._path = path
+
+    def __missing__(self, name: str) -> Any:
+        raise StoreError(f"{self._path}: lacks {name}, so that it is probably damaged")
+
+
 @dataclass(frozen=True, eq=False)
 class File:
-    """Datasets and attributes of a stored file."""
+    """Datasets and attributes of a stored file; one that it lacks raises StoreError where it is asked for."""
 
     datasets: Mapping[str, Dataset]
     attributes: Mapping[str, Attribute]
@@ -174,7 +185,7 @@ def read_datasets(path: str | Path, schema: str, version: int, names: Collection
             for name, item in items.items()
             if (names is None or name in names) and not _only_dimension(item)
         }
-    return File(datasets, attributes)
+    return File(_Named(path, datasets), _Named(path, attributes))
 
 
 def schema_of(path: str | Path) -> str | None:
@@ -207,8 +218,13 @@ def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool
     except StoreError as error:
         fault = str(error)
     if fault:
-        raise OutputError(f"{fault}\n    Choose another folder with --output, or start anew with --force")
+        raise refused(fault)
     return file
+
+
+def refused(fault: object) -> OutputError:
+    """The error for a stored result that a run cannot continue."""
+    return OutputError(f"{fault}\n    Choose another folder with --output, or start anew with --force")
 
 
 def _only_dimension(item: h5py.Dataset) -> bool:
@@ -272,9 +288,11 @@ def dataset_names(path: str | Path) -> tuple[str, ...]:
 
 
 def read_part(path: str | Path, dataset: str, index: int) -> NDArray[Any] | None:
-    """One entry along the first dimension of a dataset, such as the field of one step; None if it is missing."""
+    """One entry along the first dimension of a dataset of numbers, such as the field of one step; None if missing."""
     with opened(path) as file:
         item = dict(datasets_in(path, file)).get(dataset)
+        if item is not None and item.dtype.kind not in "iuf":
+            raise StoreError(f"{path}: {dataset} holds no numbers, so that it is probably damaged")
         return None if item is None else np.asarray(item[index])
 
 

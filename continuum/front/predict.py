@@ -2,11 +2,11 @@
 
 import inspect
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 from numpy.typing import ArrayLike
 
@@ -90,23 +90,34 @@ def predict(
         config = load(maps[0], PredictionInput)
         beside = {name: value for name, value in given.items() if not any(value is left for left in (None, (), False))}
         maps, given = config.topography.maps, given | config.keys | beside
-    if given["detrend"] is not None:
-        choice("detrend", given["detrend"], get_args(Detrending))
-    contact_of = partial(read_interface, **{name: given[name] for name in InterfaceTable.model_fields})
     maps = tuple(find(file_name("maps", one)) if isinstance(one, str | Path) else one for one in maps)
+    return solved(of_maps(maps, given), solve, threads)
+
+
+def of_maps(maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]) -> Prediction:
+    """The prediction for maps, unsolved.
+
+    Parameters
+    ----------
+    maps : see :func:`predict`; any file is read as a map, never as an input.
+    given : arguments of :func:`predict` by name; the others are left out.
+    """
+    detrend, cutoff = given.get("detrend"), given.get("cutoff")
+    if detrend is not None:
+        choice("detrend", detrend, get_args(Detrending))
+    contact_of = partial(read_interface, **{name: given[name] for name in InterfaceTable.model_fields if name in given})
     try:
-        read = read_all(maps, **{name: given[name] for name in READ})
+        read = read_all(maps, **{name: given[name] for name in READ if name in given})
     except TopographyError as error:
         try:
             contact_of()
         except InterfaceError as other:  # the faults of both at once
             raise TopographyError(f"{error}\n{other}") from error
         raise
-    contact, limit = contact_of(), share(given["fill"])
-    tip_radius, shortest = (length_of(name, given[name]) for name in ("tip", "smallest"))
-    maps_ready = [prepare(one, given["detrend"], fill=limit, cutoff=given["cutoff"]) for one in read]
-    found = prediction_of(maps_ready, contact, shortest, tip_radius)
-    return solved(found, solve, threads)
+    contact, limit = contact_of(), share(given.get("fill"))
+    tip_radius, shortest = (length_of(name, given.get(name)) for name in ("tip", "smallest"))
+    maps_ready = [prepare(one, detrend, fill=limit, cutoff=cutoff) for one in read]
+    return prediction_of(maps_ready, contact, shortest, tip_radius)
 
 
 def solved(

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files import store
-from continuum.files.hdf5 import StoreError
+from continuum.files.hdf5 import StoreError, understood
 from continuum.files.tables import restored
 from continuum.measure.contact import Totals
 from continuum.path.state import Control, PathState, Search
@@ -57,10 +57,12 @@ def growth_of(config: RunConfig, source: Path) -> Growth | None:
         held, found = store.read_few(source, ("step", "restart/target"), _FEW)
         if found.get("contact_identity") != contact_identity(config):
             return None
-        earlier = restored(RunConfig, str(found["config_resolved"]))
-    except (StoreError, ValueError):
+        with understood(source):
+            earlier = restored(RunConfig, str(found["config_resolved"]))
+            done, identity = len(held["step"]), str(found["identity"])
+    except StoreError:
         return None  # damaged, or of another version
-    done, asked, identity = len(held["step"]), config.loading.points, str(found["identity"])
+    asked = config.loading.points
     yields, turns = np.isfinite(config.wall.largest_pressure), config.loading.turn is not None
     alike = min(
         done,
@@ -99,7 +101,8 @@ def growths(configs: Mapping[str, RunConfig], stored: Iterable[Path]) -> dict[st
 def stored_state(source: Path, step: int) -> PathState | None:
     """The stored state of a point, from its gap in single precision; None if it did not converge."""
     file = store.read_datasets(source, RunConfig.result_schema, RunConfig.result_version, _NUMBERS)
-    point = points_of(file)[step]
+    with understood(source):
+        point = points_of(file)[step]
     gap = store.read_part(source, "gap", step)
     if not point.converged or gap is None or not np.isfinite(gap).all():
         return None

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from continuum.files import store
 from continuum.files.store import Attribute, Dataset
 from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map, quantity
 from continuum.model.problem import ContactProblem
-from continuum.path.state import Event, JumpSide, Outcome, PathState, numbers
+from continuum.path.state import CONTROLS, Branch, Event, JumpSide, Outcome, PathState, numbers
 from continuum.solve.solution import Solution, Status, Work
 from continuum.solve.solver import Solver
 
@@ -39,6 +39,12 @@ _OF_EVENT: Mapping[str, tuple[type, str, str]] = {
 """Datasets of the jumps, in the order of the fields of an event and of its sides."""
 EVENT_DATASETS = frozenset(_OF_EVENT)
 """Names of the datasets that hold the jumps."""
+FLAGS = {
+    "control": CONTROLS,
+    "branch": get_args(Branch),
+    "status": (*Status.__members__, *Outcome.__members__),
+}
+"""Words in datasets of points, in the order of their CF flags; new words are appended."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,23 +236,37 @@ _ROWS = 256
 
 
 def points_of(file: store.File) -> tuple[Point, ...]:
-    """The points in a file."""
-    names = [column.name for column in dataclasses.fields(Point)]
+    """The points in a file; raises ValueError if it does not hold what a run stores."""
     # Files of earlier versions have one work of adhesion, that of their wall.
     same = [file.attributes.get("work_of_adhesion", np.nan)] * len(file["step"])
-    columns = (file[name].tolist() if name in file.datasets else same for name in names)
-    rows = zip(*columns, strict=True)
-    return tuple(Point(**dict(zip(names, row, strict=True))) for row in rows)
+    columns = {
+        column.name: same
+        if column.name == "work_of_adhesion" and column.name not in file.datasets
+        else _column(file, column.name, column.type)
+        for column in dataclasses.fields(Point)
+    }
+    rows = zip(*columns.values(), strict=True)
+    return tuple(Point(**dict(zip(columns, row, strict=True))) for row in rows)
 
 
 def events_of(file: store.File) -> tuple[PathEvent, ...]:
-    """The jumps in a file."""
-    rows = zip(*(file[name].tolist() for name in _OF_EVENT), strict=True)
+    """The jumps in a file; raises ValueError if it does not hold what a run stores."""
+    rows = zip(*(_column(file, name, kind) for name, (kind, _, _) in _OF_EVENT.items()), strict=True)
     n = len(_SIDES)
     return tuple(
         PathEvent(step, Event(kind, control, branch, JumpSide(*sides[:n]), JumpSide(*sides[n:])))
         for step, kind, control, branch, *sides in rows
     )
+
+
+def _column(file: store.File, name: str, kind: object) -> list[Any]:
+    values = file[name]
+    if values.ndim != 1 or (values.dtype.kind == "U") != (kind is str):
+        raise ValueError(f"{name} is no column of {'words' if kind is str else 'numbers'}")
+    found: list[Any] = values.tolist()
+    if unknown := set(found).difference(FLAGS.get(name, found)):
+        raise ValueError(f"{name} is {unknown.pop()!r}")
+    return found
 
 
 def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Self, get_args
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from continuum.arguments import count
 from continuum.files import store
-from continuum.files.hdf5 import StoreError
+from continuum.files.hdf5 import StoreError, understood
 from continuum.files.store import Attribute
 from continuum.files.tables import restored
 from continuum.measure.contact import ATTRACTED, REPULSIVE
@@ -22,23 +22,14 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments
 from continuum.model.walls import Wall
-from continuum.path.state import CONTROLS, Branch, Outcome
 from continuum.runs.config import RunConfig
-from continuum.runs.record import EVENT_DATASETS, PathEvent, Point, events_of, points_of
-from continuum.solve.solution import Status
+from continuum.runs.record import EVENT_DATASETS, FLAGS, PathEvent, Point, events_of, points_of
 
 if TYPE_CHECKING:
     import xarray
 
     from continuum.runs.analysis import Analysis
     from continuum.show.sheet import Sheet
-
-FLAGS = {
-    "control": CONTROLS,
-    "branch": get_args(Branch),
-    "status": (*Status.__members__, *Outcome.__members__),
-}
-"""Words in datasets of points, in the order of their CF flags; new words are appended."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +56,13 @@ class Result:
         path = Path(path)
         names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "step", "wall/gap", "wall/traction"}
         file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, names)
-        try:
+        with understood(path):
             config = restored(RunConfig, str(file.attributes["config_resolved"]))
-        except (KeyError, ValueError) as error:
-            raise StoreError(f"{path}: its input, the attribute config_resolved, cannot be read: {error}") from error
-        return cls(path, config, file.attributes, points_of(file), events_of(file), stored_wall(path, config, file))
+            wall = stored_wall(path, config, file)
+            found = cls(path, config, file.attributes, points_of(file), events_of(file), wall)
+            # What is derived from the file later is derived once here, where damage is an error of reading.
+            _ = found.identity, found.finished, found.grid, found.moments
+        return found
 
     def __repr__(self) -> str:
         good = sum(point.converged for point in self.points)
@@ -124,8 +117,8 @@ class Result:
         if packed is None:
             raise StoreError(f"{self.path}: holds no map {name!r}")
         nx, ny = self.grid.shape
-        if packed.shape != (nx, (ny + 7) // 8):
-            raise StoreError(f"{self.path}: the map {name!r} has another shape than the grid")
+        if packed.shape != (nx, (ny + 7) // 8) or packed.dtype != np.uint8:
+            raise StoreError(f"{self.path}: the map {name!r} is not one of the points of the grid")
         return store.unpack(packed, ny)
 
     def gap(self, index: int) -> Real | None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from continuum.errors import OutputError
 from continuum.files import store
+from continuum.files.hdf5 import StoreError, understood
 from continuum.files.output import distinct, reserved
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Attribute, Dataset
@@ -203,7 +204,8 @@ def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, fo
         growth = None
     if growth is not None and growth.kept:
         stored = store.read_datasets(growth.source, config.result_schema, config.result_version)
-        whole = Record.restored(system.problem, stored, fields=config.output.fields)
+        with understood(growth.source):
+            whole = Record.restored(system.problem, stored, fields=config.output.fields)
         # What the next point starts from is stored of the last point only.
         good = whole.good if growth.kept == len(whole.points) else []
         return replace(whole.beginning(growth.kept, good), grown_from=growth.identity), False
@@ -212,5 +214,9 @@ def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, fo
         return Record(config.output.fields, grown_from=growth.identity if growth is not None else ""), False
     if config.output.fields and "gap" not in file.datasets:
         return Record(config.output.fields), False  # computed again, to store the fields
-    record = Record.restored(system.problem, file, fields=config.output.fields)
+    try:
+        with understood(path):
+            record = Record.restored(system.problem, file, fields=config.output.fields)
+    except StoreError as error:
+        raise store.refused(error) from error
     return record, bool(file.attributes.get("finished"))

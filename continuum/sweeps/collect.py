@@ -340,7 +340,7 @@ def _points_in(path: Path) -> str:
         found = store.read_few(path, ("step",), ())[0]
     except StoreError:
         return ""
-    return f", {len(found['step'])} points stored" if "step" in found else ""
+    return f", {found['step'].size} points stored" if "step" in found else ""
 
 
 def _rates(ended: list[tuple[float, System]], *, idle: bool) -> tuple[float, float]:
@@ -404,6 +404,6 @@ def _fault(path: Path) -> str:
         config = restored(RunConfig, str(file.attributes["config_resolved"]))
         if not config.files and identity(config) != key:
             return f"{path}: its input is not the one that its identity was made of"
-    except (KeyError, ValueError, ConfigError) as error:
+    except (ValueError, RecursionError, StoreError, ConfigError) as error:
         return f"{path}: its input cannot be read ({error})"
     return ""

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files import store
-from continuum.files.hdf5 import StoreError
+from continuum.files.hdf5 import StoreError, understood
 from continuum.files.store import Dataset
 from continuum.measure.contact import MEASURED, measure
 from continuum.measure.curve import Curve, normal_stiffness
@@ -85,15 +85,17 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
     if _NAME not in datasets:
         raise StoreError(f"{path}: is a run, but holds no table of numbers")
     stored = datasets[_NAME]
-    table = np.full((len(stored), len(COLUMNS)), np.nan)
-    places = {name: i for i, name in enumerate(datasets["quantity"].tolist())}
-    for i, name in enumerate(COLUMNS):
-        if name in places:
-            table[:, i] = stored[:, places[name]]
+    with understood(path):
+        table = np.full((len(stored), len(COLUMNS)), np.nan)
+        places = {name: i for i, name in enumerate(datasets["quantity"].tolist())}
+        for i, name in enumerate(COLUMNS):
+            if name in places:
+                table[:, i] = stored[:, places[name]]
+        seconds = float(found.get("journal/total_seconds", np.nan))
     commit = str(found.get("provenance/git_commit", ""))[:12]
     changed = " with changes" if found.get("provenance/git_dirty") else ""
     made = f"version {found.get('provenance/stickiness')}{f', commit {commit}' if commit else ''}{changed}"
-    return SystemTable(table, float(found.get("journal/total_seconds", np.nan)), made)
+    return SystemTable(table, seconds, made)
 
 
 def _table(path: Path) -> Real:

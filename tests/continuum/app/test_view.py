@@ -259,10 +259,59 @@ def test_a_name_is_never_a_place(client: Client, name: str, kept: str) -> None:
 
 
 def test_an_upload_has_a_size_and_is_a_map(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert client("PUT", "/map", b"[topography]", X_Name="mine.TOML").status == 422
+    for name in ("mine.TOML", "mine.toml~", "mine.toml.", "mine.toml _", "there/mine.toml~"):
+        said = client("PUT", "/map", b"[topography]", X_Name=quote(name))
+        assert (said.status, list(client.view.folder.iterdir())) == (422, []), name
     monkeypatch.setattr(server, "LARGEST", 1000)
     assert client("PUT", "/map", b"0" * 1001, X_Name="map.txt").status == 413
     assert client.view.opened is None
+
+
+def test_a_map_is_never_read_as_an_input_that_names_other_files(client: Client, tmp_path: Path) -> None:
+    """Whatever it is called."""
+    np.savetxt(tmp_path / "secret.txt", np.random.default_rng(1).normal(size=(16, 16)))
+    (tmp_path / "mine.toml").write_text(f'[topography]\nmaps = ["{tmp_path}/secret.txt"]\n')
+    client.view.open(tmp_path / "mine.toml", "mine.toml")
+    said = client("POST", "/predict", FORM)
+    assert said.status == 422
+    assert "mine.toml" in said.json["error"]
+
+
+def test_what_is_replaced_or_refused_is_deleted_and_nothing_of_the_user(
+    client: Client, stored: Result, map_file: Path
+) -> None:
+    client.view.open(map_file, "map.npy")
+    client.view.open(stored.path, "run.h5")
+    kept = []
+    for _ in range(2):
+        client("PUT", "/map", b"1 2\n3 4\n", X_Name="map.txt")
+        client("PUT", "/map", stored.path.read_bytes(), X_Name="run.h5")
+        assert client("POST", "/map", b"1 2\n3 4\n", X_Name="map.txt").status == 405
+        assert client("PUT", "/map", None, X_Name="map.txt", Content_Length="abc").status == 411
+        kept.append(sorted(file.name for file in client.view.folder.glob("*/*")))
+        assert len(list(client.view.folder.glob("of-*"))) == 1
+    assert kept == [["map.txt", "run.h5"]] * 2
+    assert map_file.is_file()
+    assert stored.path.is_file()
+
+
+def test_no_request_is_a_fault_of_the_server(client: Client, caplog: pytest.LogCaptureFixture) -> None:
+    client("PUT", "/map", b"1 2\n3 4\n", X_Name="map.txt")
+    asked: list[tuple[str, str, bytes | None, dict[str, str]]] = [
+        ("POST", "/predict", b"[" * 100_000, {}),
+        ("POST", "/predict", b'{"size": "\\ud800"}', {}),
+        ("POST", "/predict", b"\xff", {}),
+        *(("PUT", "/map", None, {"Content_Length": length}) for length in ("abc", "-1", "9" * 5000, "\xb2")),
+        ("PUT", "/map", None, {"Transfer_Encoding": "chunked"}),
+        ("POST", "/predict", None, {"Content_Length": "abc"}),
+        *((method, path, None, {}) for method in ("FOO", "TRACE", "DELETE", "HEAD") for path in ("/", "/map")),
+        ("GET", "/?token=%ff", None, {}),
+    ]
+    for method, path, body, headers in asked:
+        said = client(method, path, body, **headers)
+        assert 400 <= said.status < 500, (method, path, headers)
+        assert not said.body or said.json["error"]
+    assert not [record for record in caplog.records if record.levelname == "ERROR"]
 
 
 def test_a_page_that_says_script_is_shown_as_text(client: Client) -> None:
