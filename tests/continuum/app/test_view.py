@@ -270,7 +270,8 @@ def test_an_upload_has_a_size_and_is_a_map(client: Client, monkeypatch: pytest.M
 def test_a_map_is_never_read_as_an_input_that_names_other_files(client: Client, tmp_path: Path) -> None:
     """Whatever it is called."""
     np.savetxt(tmp_path / "secret.txt", np.random.default_rng(1).normal(size=(16, 16)))
-    (tmp_path / "mine.toml").write_text(f'[topography]\nmaps = ["{tmp_path}/secret.txt"]\n')
+    described = f'[topography]\nmaps = ["{tmp_path}/secret.txt"]\n[interface]\nmaterial = ["silicon"]\n'
+    (tmp_path / "mine.toml").write_text(described)
     client.view.open(tmp_path / "mine.toml", "mine.toml")
     said = client("POST", "/predict", FORM)
     assert said.status == 422
