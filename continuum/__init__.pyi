@@ -42,8 +42,8 @@ from continuum.runs.result import Result as Result
 from continuum.solve.solution import NotConvergedError as NotConvergedError
 from continuum.sticky.prediction import Prediction as Prediction
 from continuum.sticky.study import Study as Study
-from continuum.sweeps.collect import sweep_status as sweep_status
 from continuum.sweeps.collect import sweep_verify as sweep_verify
+from continuum.sweeps.status import sweep_status as sweep_status
 
 __all__: list[str]
 __version__: str

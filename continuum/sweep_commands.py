@@ -15,6 +15,7 @@ from continuum.paper import publication
 from continuum.show.console import EstimatedProgress, clear, show, until_ctrl_c, warn
 from continuum.show.runs import result_line, status_sheets, table_sheets
 from continuum.sweeps import collect as collecting
+from continuum.sweeps import status
 
 
 def _shard(_: type, tokens: Sequence[Any]) -> tuple[int, int]:
@@ -67,7 +68,7 @@ def sweep_slurm(*, settings: Settings = None, shards: Annotated[int | None, Para
     return OK
 
 
-@like(collecting.sweep_status)
+@like(status.sweep_status)
 def sweep_status(sweep: Path, *, settings: Settings = None, watch: Annotated[float | None, Parameter(help="repeat "
                  "every so many seconds, until all systems are done or Ctrl-C is pressed")] = None,
                  **given: Any) -> int:  # fmt: skip
@@ -75,7 +76,7 @@ def sweep_status(sweep: Path, *, settings: Settings = None, watch: Annotated[flo
         raise InputError(f"--watch {watch:g}: give seconds, more than 0 and at most a day")
     with until_ctrl_c():
         while True:
-            found = collecting.sweep_status(sweep, settings=dict(settings or ()), **given)
+            found = status.sweep_status(sweep, settings=dict(settings or ()), **given)
             if watch is not None:
                 clear()
             for sheet in status_sheets(found):

@@ -12,8 +12,9 @@ from continuum.runs.analysis import Analysis, MeasuredPoint
 from continuum.runs.record import PathEvent, Point
 from continuum.runs.result import Result
 from continuum.show.sheet import Column, Sheet, pairs
-from continuum.sweeps.collect import PointTable, SweepStatus
+from continuum.sweeps.collect import PointTable
 from continuum.sweeps.crossings import Crossing
+from continuum.sweeps.status import SweepStatus
 from continuum.sweeps.sweep import SweepListing
 from continuum.sweeps.workers import TaskResult
 

@@ -180,10 +180,10 @@ def _column(search: Bisection, folder: Folder, key: str, numbers: Numbers) -> fl
     if table is None:
         return None
     value = search.at(table)
-    return beside_jump(search, Result.read(folder.point(key))) if math.isnan(value) else value
+    return between_sides(search, Result.read(folder.point(key))) if math.isnan(value) else value
 
 
-def beside_jump(search: Bisection, result: Result) -> float:
+def between_sides(search: Bisection, result: Result) -> float:
     """The column where its area is jumped over, if both sides of the jump are on one side of the value; else NaN.
 
     Between the sides it is taken as linear in the area.

@@ -16,7 +16,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.growth import growth_of
 from continuum.runs.run import follow_run
 from continuum.sweeps.axes import Sweep
-from continuum.sweeps.collect import sweep_status
+from continuum.sweeps.status import sweep_status
 from tests.problems import SMALL
 from tests.stored import content, same, stop_after
 

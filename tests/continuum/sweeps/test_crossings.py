@@ -123,11 +123,11 @@ def test_a_search_goes_on_past_a_jump_whose_sides_are_on_one_side_of_the_value(t
     loads = sorted((result.events[0].event.before.load, result.events[0].event.after.load))
     asked = systems_of(root).bisection
     assert asked is not None
-    assert loads[0] < crossings.beside_jump(asked, result) < loads[1] < 0
+    assert loads[0] < crossings.between_sides(asked, result) < loads[1] < 0
     # On which side the area itself would be, a jump across the value does not say; nor does it say all columns.
-    assert np.isnan(crossings.beside_jump(replace(asked, crosses=sum(loads) / 2), result))
-    assert np.isnan(crossings.beside_jump(replace(asked, column="kappa"), result))
-    assert np.isnan(crossings.beside_jump(replace(asked, target=0.06), result))
+    assert np.isnan(crossings.between_sides(replace(asked, crosses=sum(loads) / 2), result))
+    assert np.isnan(crossings.between_sides(replace(asked, column="kappa"), result))
+    assert np.isnan(crossings.between_sides(replace(asked, target=0.06), result))
     # Such a search ends at its first end; the other one, which it never runs, is not waited for.
     root = tmp_path / "across"
     solved(system | {"sweep": {"axes": {"surface.rms_slope": search | {"crosses": sum(loads) / 2}}}}, root)

@@ -20,8 +20,8 @@ from continuum.files.inputs import load
 from continuum.runs.config import RunConfig
 from continuum.runs.run import follow_run
 from continuum.sweeps.axes import Sweep
-from continuum.sweeps.collect import sweep_status
 from continuum.sweeps.folder import Folder
+from continuum.sweeps.status import sweep_status
 from continuum.sweeps.sweep import begin, record_death, solve_system
 from tests.problems import SMALL
 from tests.stored import same

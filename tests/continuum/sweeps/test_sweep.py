@@ -34,9 +34,10 @@ from continuum.runs.config import expand_range
 from continuum.runs.cost import cost_of
 from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep, label_of
-from continuum.sweeps.collect import Verification, collect, sweep_status, sweep_verify
+from continuum.sweeps.collect import Verification, collect, sweep_verify
 from continuum.sweeps.conditions import condition, holds
 from continuum.sweeps.measured import numbers_of
+from continuum.sweeps.status import sweep_status
 from continuum.sweeps.sweep import begin, solve_system, systems_of
 from tests.problems import SMALL
 from tests.stored import content, same
