@@ -22,7 +22,7 @@ ENGINES = [
 
 
 def opens_in_xarray(
-    path: Path, engine: str, schema: str = RunConfig.result_schema, version: int = RunConfig.result_version
+    path: Path, engine: str | None, schema: str = RunConfig.result_schema, version: int = RunConfig.result_version
 ) -> None:
     """Every dataset of a file, in its group, has the values, dimensions and units that were stored."""
     file = store.read_datasets(path, schema, version)

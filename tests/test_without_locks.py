@@ -10,6 +10,8 @@ import shutil
 import socket
 import subprocess
 import sys
+import threading
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +51,10 @@ print(json.dumps(said))
 """
 
 
+def no_locks(*_: int) -> None:
+    raise OSError(errno.ENOLCK, "No locks available")
+
+
 @pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
 def test_both_programs_fall_back_where_a_file_system_has_no_locks(tmp_path: Path) -> None:
     (tmp_path / "shim.c").write_text(SHIM)
@@ -75,10 +81,7 @@ def test_both_programs_fall_back_where_a_file_system_has_no_locks(tmp_path: Path
 def test_a_killed_process_locks_nothing_and_one_of_another_machine_is_told_how_to_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def none(*_: int) -> None:
-        raise OSError(errno.ENOLCK, "No locks available")
-
-    monkeypatch.setattr("fcntl.flock", none)
+    monkeypatch.setattr("fcntl.flock", no_locks)
     mark = tmp_path / "lock"
     mark.write_text(f"process 999999999 on {socket.gethostname()} since then")
     with locked(mark, "held by {}".format):
@@ -88,3 +91,27 @@ def test_a_killed_process_locks_nothing_and_one_of_another_machine_is_told_how_t
     with pytest.raises(LockedError, match=f"held by process 7 on elsewhere .*; if .* has ended, remove {mark}"):
         locked(mark, "held by {}".format).__enter__()
     assert mark.read_text() == "process 7 on elsewhere since then"
+
+
+@pytest.mark.parametrize("flock", [True, False])
+def test_there_is_never_more_than_one_holder(flock: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not flock:
+        monkeypatch.setattr("fcntl.flock", no_locks)
+    inside, most, rounds = [0], [0], [0]
+
+    def contend() -> None:
+        for _ in range(100):
+            with suppress(LockedError), locked(tmp_path / "lock", str):
+                inside[0] += 1
+                most[0] = max(most[0], inside[0])
+                rounds[0] += 1
+                inside[0] -= 1
+
+    threads = [threading.Thread(target=contend) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most[0] == 1
+    assert rounds[0] > 0
+    assert not list(tmp_path.iterdir())

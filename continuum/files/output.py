@@ -116,10 +116,14 @@ def distinct(path: Path, inputs: Iterable[Path]) -> None:
 
 def is_locked(mark: Path) -> bool:
     """Whether the process of a lock file still runs; on other machines it is assumed to."""
+    return mark.is_file() and not _was_left(mark)
+
+
+def _was_left(mark: Path) -> bool:
+    """Whether the process of a lock file has ended on this machine."""
     words = holder(mark).split()
-    if len(words) < 4 or words[3] != socket.gethostname() or not words[1].isdecimal():
-        return mark.is_file()
-    return _alive(int(words[1]))
+    here = len(words) >= 4 and words[3] == socket.gethostname() and words[1].isdecimal()
+    return here and not _alive(int(words[1]))
 
 
 def placed(path: str | Path, final: str | Path) -> Path:
@@ -189,24 +193,26 @@ def locked(
 
 def _taken(mark: Path) -> tuple[int, bool] | None:
     """Descriptor of a lock that is now held, and whether it is flock's; None if another process holds it."""
-    flags = os.O_RDWR | os.O_CREAT
     try:
-        descriptor, new = os.open(mark, flags | os.O_EXCL, 0o666), True
+        descriptor, new = os.open(mark, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666), True
     except FileExistsError:
-        descriptor, new = os.open(mark, flags, 0o666), False
+        try:
+            descriptor, new = os.open(mark, os.O_RDWR), False
+        except FileNotFoundError:  # released meanwhile; to make it here would make a lock that nobody holds
+            return _taken(mark)
     try:
         real = _flock(descriptor, mark.parent)
-        if (real and _is_at(mark, descriptor)) or (real is False and new):
+        named = _is_at(mark, descriptor)
+        if named and (real or (real is False and new)):
             return descriptor, real
+        if named and real is False and _was_left(mark) and _is_at(mark, descriptor):
+            mark.unlink(missing_ok=True)
+            named = False
     except BaseException:
         os.close(descriptor)
         raise
     os.close(descriptor)
-    if real is None or (not real and is_locked(mark)):
-        return None
-    if not real:
-        mark.unlink(missing_ok=True)  # its process was killed
-    return _taken(mark)
+    return None if named else _taken(mark)
 
 
 def _flock(descriptor: int, place: Path) -> bool | None:
