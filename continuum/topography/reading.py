@@ -115,10 +115,9 @@ def _raw(path: Path, dataset: str | None, part: str | None) -> RawMap:
     try:
         found = read_map(path, dataset)
     except NoTableError as error:  # perhaps of another format
-        try:
-            return from_instrument(path, part)
-        except TopographyError as other:
-            raise TopographyError(str(error) if suffix in _TEXT else str(other)) from error
+        if suffix in _TEXT and not is_known(path):  # of text in general SurfaceTopography drops what it cannot read
+            raise TopographyError(str(error)) from error
+        return from_instrument(path, part)
     except (ValueError, OSError) as error:
         raise TopographyError(str(error)) from error
     if found.unread:

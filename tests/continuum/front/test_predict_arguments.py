@@ -326,7 +326,7 @@ def test_a_map_that_comes_with_the_package_is_found_from_any_folder(
     # A map of the user's own comes first.
     (tmp_path / "inputs" / "maps").mkdir(parents=True)
     np.savetxt(tmp_path / wafer, np.random.default_rng(1).normal(size=(16, 20)))
-    assert c.predict(wafer, **known, solve=False).topographies[0].heights.shape == (16, 20)
+    assert c.predict(wafer, **known, solve=False).topographies[0].heights.shape == (20, 16)  # x is along a line
 
 
 def test_a_table_of_maps_holds_no_formula(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
