@@ -64,7 +64,7 @@ MINUTES = 20
 bench: .venv-bench/installed
 	.venv-bench/bin/python -m tests.benchmarks.run --sizes $(SIZES) --tables $(TABLES) --atoms $(ATOMS) --minutes $(MINUTES)
 
-# The GPU beside the CPU; where there is no GPU it says what is missing.  GPU_SIZES="1024 2048": these grids only.
+# A GPU, by the first library that sees it, beside the CPU; where there is no GPU it says what is missing.  GPU_SIZES="1024 2048": these grids only.
 GPU_SIZES = 1024 2048 4096 8192 16384 32768
 bench-gpu: .venv/installed
 	$(BIN)/python -m tests.benchmarks.gpu --sizes $(GPU_SIZES)

@@ -161,8 +161,7 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         ("rich", {"continuum.show.console"}),
         ("ducc0", {"continuum.model.fourier"}),
         ("rocket_fft", {"continuum.solve.cpu.linear"}),
-        ("numba", {"continuum.model.laws", "continuum.solve.cpu.compiled", "continuum.solve.cuda.device"}),
-        ("nvmath", {"continuum.solve.cuda.device", "continuum.solve.cuda.transforms"}),
+        ("numba", {"continuum.model.laws", "continuum.solve.cpu.compiled"}),
         ("threading", {"continuum.solve.cpu.engine", "continuum.sweeps.workers"}),
         ("ase", {"atomistic.crystal.crystal"}),
         (
@@ -214,7 +213,6 @@ DOORS = {
     ("continuum.front.contact", "State"),  # a solve starts from a state or from a gap
     ("continuum.paper.page", "SweepRun"),  # a figure of a folder, or of what a sweep returned
     ("continuum.path.state", "Solution"),  # a state is made of a solution or of a gap
-    ("continuum.solve.cuda.engine", "Kernel"),  # the kernels among all that its modules define
 }
 """Modules that take one thing or another, and the class of ours by which they tell."""
 
@@ -254,7 +252,7 @@ def test_no_module_asks_what_class_of_another_one_an_object_is() -> None:
 def test_the_solvers_know_no_machine() -> None:
     """Mathematics on one side of the seam, arrays and threads on the other; who asks for a device imports it."""
     for path in MODULES:
-        for room in ("continuum.solve.cpu", "continuum.solve.cuda"):
+        for room in ("continuum.solve.cpu", "continuum.solve.arrays"):
             if not name(path).startswith(room) and name(path) != "continuum.solve.backend":
                 assert not any(module.startswith(room) for module in imports(path)), name(path)
 

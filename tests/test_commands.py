@@ -36,7 +36,7 @@ def test_the_version_is_that_of_all_that_the_numbers_depend_on(
     assert said[0].startswith("stickiness ")
     assert f"NumPy {np.__version__}" in said
     assert [line.split()[0] for line in said[1:4]] == ["Python", "NumPy", "LAMMPS"]
-    assert [line.split(":")[0] for line in said[4:]] == ["back end cpu", "back end cuda"]
+    assert [line.split(":")[0] for line in said[4:]] == ["device cpu", "device torch", "device cupy", "device jax"]
     assert main(["--help"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     for code, meaning in EXIT_CODES.items():

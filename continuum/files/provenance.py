@@ -15,15 +15,16 @@ from continuum import __version__
 
 def versions() -> str:
     """Versions that the numbers depend on, one per line: program, Python, NumPy, LAMMPS, libraries of the back ends."""
-    cuda = version_of("numba-cuda")
     lines = {
         "stickiness": __version__,
         "Python": platform.python_version(),
         "NumPy": version_of("numpy"),
         "LAMMPS": version_of("lammps") or "not installed",
-        "back end cpu:": f"ducc0 {version_of('ducc0')}, numba {version_of('numba')}",
-        "back end cuda:": f"numba-cuda {cuda}, nvmath-python {version_of('nvmath-python')}" if cuda else
-        "not installed; pip install 'stickiness[gpu]'",
+        "device cpu:": f"ducc0 {version_of('ducc0')}, numba {version_of('numba')}",
+        **{
+            f"device {name}:": version_of(name) or f"not installed; pip install 'stickiness[{name}]'"
+            for name in ("torch", "cupy", "jax")
+        },
     }  # fmt: skip
     return "\n".join(f"{name} {version}" for name, version in lines.items())
 

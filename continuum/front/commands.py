@@ -104,7 +104,7 @@ def run(
         kept.
     settings : values for keys of the input, as ``{"surface.seed": 3}``.
     force : replace a stored result and start anew.
-    device : device of the solver, instead of ``[solver] device`` of the input: cpu, or cuda (experimental).
+    device : device of the solver, instead of ``[solver] device`` of the input: cpu, cuda (a GPU) or a library.
     progress : called after each point with it, how many are done and how many there are.
     warn : called with warnings about resolution and device.
 

@@ -50,7 +50,7 @@ class Contact:
     area_tolerance : largest difference from a given repulsive area, relative to it, or beyond half contact to what is
         left of A0; half a point of the grid always counts as met.
     threads : threads of the solver; results do not depend on their number.
-    device : device of the solver, "cpu" or "cuda".
+    device : device of the solver: "cpu", "cuda" (a GPU), or a library of arrays, as in ``[solver] device``.
 
     Raises
     ------

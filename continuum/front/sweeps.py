@@ -75,7 +75,7 @@ def sweep(
     reduced : use the smaller sizes of [sweep.reduced]: minutes instead of days.
     workers : number of processes; one by default, or one for each GPU; fewer if memory does not suffice.
     threads : threads of the solver of each system.
-    device : device of the solver, instead of ``[solver] device`` of the input: cpu, or cuda (experimental).
+    device : device of the solver, instead of ``[solver] device`` of the input: cpu, cuda (a GPU) or a library.
     memory : memory to use, in bytes; all of this machine if None.
     retry : run failed systems again.
     shard : (i, n) runs the i-th of n parts, for jobs of an array.

@@ -82,29 +82,6 @@ def _inverse_powers(gap: Real, p: Real, response: Real) -> None:
         response[2, j] = stiffness
 
 
-@njit(cache=True, error_model="numpy")
-def _power(base: float, exponent: int) -> float:
-    """Integer power of one number, by the squarings of :func:`_multiply_power`."""
-    power = 1.0
-    while exponent > 0:
-        if exponent & 1:
-            power *= base
-        exponent >>= 1
-        base *= base
-    return power
-
-
-@njit(cache=True, error_model="numpy")
-def inverse_powers(z: float, p: Real) -> tuple[float, float, float]:
-    """Inverse powers of one gap, for devices with a thread for each point."""
-    core, m, n = p[1], p[2], p[3]
-    inverse = 1.0 / (z if z > core else core)
-    attraction = _power(inverse, int(n))
-    repulsion = attraction * _power(inverse, int(m - n))
-    here = _sum_of_powers(p[0] / (m - n), m, n, inverse, repulsion, attraction)
-    return _below(z, core, here) if z < core else here
-
-
 @njit(cache=True, error_model="numpy", inline="always")
 def spline(z: float, p: Real) -> tuple[float, float, float]:
     """The paper's Eq. (S-6), p = (k, core, range, work of adhesion).
@@ -169,10 +146,6 @@ def table(z: float, p: Real) -> tuple[float, float, float]:
         -(c + x * (2 * b + x * 3 * a)),
     )
     return _below(z, p[1], here) if z < p[1] else here
-
-
-FORMULAS = (spline, inverse_powers, exponential, table)
-"""Energy, traction and stiffness per area at one gap, by the kind of the law."""
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp"})

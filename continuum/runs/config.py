@@ -61,8 +61,10 @@ class SolverTable(ToleranceTable):
     """whether to compute the lowest eigenvalue of the Hessian of each point under a law, in one or two hundred FFT
     pairs; a saddle point then counts as not converged"""
     device: Annotated[str, AfterValidator(_device)] = "cpu"
-    """what the solver runs on: "cpu", or "cuda" for an NVIDIA GPU, which is experimental: its results were checked in a
-    simulator, its speed on no GPU yet; results of two devices agree but for rounding, and are kept apart"""
+    """what the solver runs on: "cpu", compiled sweeps on processor cores; a library of arrays, "numpy", "torch",
+    "torch:cuda", "torch:mps", "cupy", "jax"; or "cuda", the first of these that sees a GPU. All but "cpu" are
+    experimental: their results were checked on processor cores, their speed on no GPU yet; results of two devices agree
+    but for rounding, and are kept apart"""
 
     def build(self, scale: float) -> Settings:
         """Solver settings, including iterations, threads and device."""

@@ -27,9 +27,13 @@ Array = Any
 
 BACK_ENDS = {
     "cpu": "continuum.solve.cpu",
-    "cuda": "continuum.solve.cuda",
+    **dict.fromkeys(
+        ("numpy", "torch", "torch:cuda", "torch:mps", "cupy", "jax", "cuda"),
+        "continuum.solve.arrays",
+    ),
 }
-"""Name of a device, and the module of its back end, imported when it is first asked for."""
+"""Name of a device, and the module of its back end, imported when it is first asked for; "cuda" is the first of the
+libraries that sees a GPU."""
 SHORT_WAVES = 0.5
 """c0 of the preconditioner 1/(K + c0) for the waves that no coarser grid carries, in units of the largest K.
 
@@ -51,7 +55,7 @@ def back_end(device: str) -> BackEnd:
     if device not in BACK_ENDS:
         msg = f"there is no device {device!r}: there is {', '.join(BACK_ENDS)}"
         raise ValueError(msg)
-    found: BackEnd = import_module(BACK_ENDS[device]).BACK_END
+    found: BackEnd = import_module(BACK_ENDS[device]).back_end(device)
     found.require()
     return found
 
@@ -71,7 +75,7 @@ def low_part(K: Real, below: Grid | None) -> dict[str, Any]:
 
 
 class BackEnd(ABC):
-    """A kind of device; its module has one as ``BACK_END``."""
+    """A device; its module makes one by its name, in a function ``back_end``."""
 
     SMALLEST: int
     """Grids of no more points along a side have no coarser one."""
@@ -91,24 +95,16 @@ class BackEnd(ABC):
         """Names of those that processes should not share; empty where they may."""
         return ()
 
-    def reserve(self, points: int, fields: float) -> None:  # noqa: B027 (by default all fits)
-        """Raise MemoryError if so many fields of so many points do not fit on the device."""
-
     @abstractmethod
-    def engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> SmoothEngine:
-        """The arrays of a grid, on which the sweeps go; a coarser grid's may use memory of the finer one's.
+    def smooth_grid(self, grid: Grid, K: Real, threads: int, coarser: int, *, sampled: bool) -> Any:
+        """The grid of the smooth solver and its coarser ones, as :class:`continuum.solve.smooth_grid.SmoothGrid`.
 
-        K in E*/a0, shape ``grid.shape_q``, is not changed; the modes of ``below``, the next coarser grid if there is
-        one, are swept apart.  An engine works with those of its own kind only: hence the loose types.
+        K in E*/a0, shape ``grid.shape_q``, is not changed.  Raises MemoryError where it does not fit on the device.
         """
 
     @abstractmethod
-    def linear_engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> LinearEngine:
-        """The same for the linear problems of a coarser grid, in the precision that serves these."""
-
-    @abstractmethod
-    def bound_engine(self, grid: Grid, K: Real, threads: int, finer: Any) -> BoundEngine:
-        """The same for the bound-constrained solver."""
+    def bound_grid(self, grid: Grid, K: Real, threads: int) -> Any:
+        """The same for the bound-constrained solver, as :class:`continuum.solve.bound_grid.BoundGrid`."""
 
 
 class Engine(Protocol):
@@ -360,6 +356,10 @@ class WallTileEngine(Engine, Protocol):
         """Slope and curvature of the energy after such a step, summed.  Given are f, z, t and w."""
 
 
+STEEPEST = 1e30
+"""By more no pressure is scaled: as many of its points press as can."""
+SMALLEST_GAP = float(np.finfo(np.float64).tiny)
+"""Gap off the contact, at least: zero marks the contact."""
 SPACING = 8
 """Points between the nodes on which the preconditioner under a bound extends the contact, nearly."""
 SPREAD = 0.1

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
-from continuum.solve.backend import Array, BackEnd, BoundEngine, TileEngine, reused
+from continuum.solve.backend import SMALLEST_GAP, STEEPEST, Array, BoundEngine, TileEngine, reused
 from continuum.solve.solution import Work
-
-STEEPEST = 1e30
-"""By more no pressure is scaled: as many of its points press as can."""
-SMALLEST_GAP = float(np.finfo(np.float64).tiny)
-"""Gap off the contact, at least: zero marks the contact."""
 
 
 class BoundGrid:
@@ -36,8 +32,6 @@ class BoundGrid:
     finer : the next finer grid, if there is one.
     """
 
-    FIELDS = 8.8
-    """Memory held on a device that keeps its arrays, in fields."""
     below: BoundGrid | None = None
     mean_stiffness, most = 0.0, np.inf
     _wide = _least = 0.0
@@ -46,7 +40,7 @@ class BoundGrid:
     z: Array = None
 
     def __init__(
-        self, back_end: BackEnd, grid: Grid, stiffness_q: Real, threads: int, finer: BoundGrid | None = None
+        self, back_end: Any, grid: Grid, stiffness_q: Real, threads: int, finer: BoundGrid | None = None
     ) -> None:
         self.grid, self.size, self._surface = grid, grid.size, (back_end, stiffness_q, threads)
         self.engine: BoundEngine = back_end.bound_engine(grid, stiffness_q, threads, finer.engine if finer else None)

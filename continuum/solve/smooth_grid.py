@@ -11,7 +11,7 @@ import numpy as np
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import Array, BackEnd, Engine, LinearEngine, SmoothEngine, all_modes, reused
+from continuum.solve.backend import Array, Engine, LinearEngine, SmoothEngine, all_modes, reused
 from continuum.solve.boxes import Boxes
 from continuum.solve.solution import Solution, Work
 
@@ -70,7 +70,7 @@ class LinearGrid(_Descending):
         asks for a step only where it is no more at work.
     """
 
-    def __init__(self, back_end: BackEnd, stiffness_q: Real, threads: int, smooth: SmoothGrid) -> None:
+    def __init__(self, back_end: Any, stiffness_q: Real, threads: int, smooth: SmoothGrid) -> None:
         self.grid, self.size, self.linear = smooth.grid, smooth.size, smooth.linear
         below = self.linear.grid if self.linear else None
         self.engine: LinearEngine = back_end.linear_engine(self.grid, stiffness_q, threads, below, smooth.engine)
@@ -132,8 +132,6 @@ class SmoothGrid(_Descending):
     sampled : whether coarser grids take every second point of the offset, which may jump, instead of its waves.
     """
 
-    FIELDS = 11.0
-    """Memory held on a device that keeps its arrays, with that of the coarser grids, in fields of the finest."""
     lift = pressure = 0.0
     held = False
     _energy = _energy_before = 0.0
@@ -147,7 +145,7 @@ class SmoothGrid(_Descending):
 
     def __init__(
         self,
-        back_end: BackEnd,
+        back_end: Any,
         grid: Grid,
         stiffness_q: Real,
         threads: int,

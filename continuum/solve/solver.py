@@ -137,10 +137,11 @@ class Solver:
 
     @cached_property
     def _smooth(self) -> SmoothGrid:
-        self._back_end.reserve(self._surface[0].size, SmoothGrid.FIELDS)
-        return SmoothGrid(self._back_end, *self._surface, coarser=len(COARSE_TOLERANCES), sampled=self._sampled)
+        coarser = len(COARSE_TOLERANCES)
+        grid: SmoothGrid = self._back_end.smooth_grid(*self._surface, coarser, sampled=self._sampled)
+        return grid
 
     @cached_property
     def _bound(self) -> BoundGrid:
-        self._back_end.reserve(self._surface[0].size, BoundGrid.FIELDS)
-        return BoundGrid(self._back_end, *self._surface)
+        grid: BoundGrid = self._back_end.bound_grid(*self._surface)
+        return grid

@@ -15,7 +15,7 @@ from scipy.integrate import quad, simpson
 from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
-from continuum.model.laws import FORMULAS, evaluate
+from continuum.model.laws import evaluate
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall, WallTable
 from continuum.model.walls.attraction import AttractionWall, Shape, attraction_on_core
 from continuum.model.walls.exponential import ExponentialWall
@@ -308,27 +308,6 @@ def test_a_law_is_the_printed_one(wall: Wall, traction: Callable[[float], float]
         below = [float(values[0]) for values in evaluate(law, np.array([core - 0.2]))]
         expected = [energy + 0.2 * push + 0.5 * stiffness * 0.2**2, push + 0.2 * stiffness, stiffness]
         np.testing.assert_allclose(below, expected, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    "wall",
-    [
-        LennardJonesSpline(adhesion_length=0.005),
-        InversePowers((9, 3), adhesion_length=0.005),
-        InversePowers((13, 7), adhesion_length=0.05),
-        Exponential(0.005, 0.3, 2.0),
-        table_of(LennardJonesSpline(0.35), 60),
-    ],
-    ids=lambda wall: type(wall).__name__,
-)
-def test_a_formula_of_one_gap_is_that_of_many(wall: Wall) -> None:
-    """Processors take a law tile by tile, GPUs point by point; both round the same few products."""
-    law = wall.law
-    assert law is not None
-    gap = np.concatenate([np.linspace(max(wall.core, 0.4) - 0.2, 2.5, 400), [5.0, 40.0]])
-    single = np.array([FORMULAS[law.kind](z, law.parameters) for z in gap]).T
-    for one, many in zip(single, evaluate(law, gap), strict=True):
-        np.testing.assert_allclose(one, many, rtol=1e-13, atol=1e-15)
 
 
 @pytest.mark.parametrize(

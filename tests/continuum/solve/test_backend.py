@@ -24,7 +24,6 @@ from continuum.solve.cpu.engine import CpuEngine
 from continuum.solve.smooth_grid import SmoothGrid
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
-from tests.continuum.solve.plain import PlainBoundGrid, PlainSmoothGrid
 
 
 def heights(n: int) -> Real:
@@ -45,15 +44,7 @@ def same(one: Solution, other: Solution) -> None:
     assert (one.status, one.residual) == (other.status, other.residual)
 
 
-# --- plain grids --------------------------------------------------------------------------------------
-
-
-def plain(n: int) -> Solver:
-    """A solver whose grids are those of NumPy."""
-    made, grid = solver(n), Grid.square(n)
-    K = HalfSpace("clamped").stiffness(grid)
-    made._smooth, made._bound = PlainSmoothGrid(grid, K, 4), PlainBoundGrid(grid, K)
-    return made
+# --- whole arrays -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("start", [False, True])
@@ -63,11 +54,12 @@ def test_a_grid_in_plain_numpy_finds_the_same_state(
 ) -> None:
     # Coarse steps in single precision would round differently.
     monkeypatch.setattr(back_end("cpu"), "PRECISION", np.float64)
+    monkeypatch.setattr(back_end("numpy"), "PRECISION", "float64")
     law, h = LennardJonesSpline(adhesion_length=adhesion_length).law, heights(256)
     first = h + 2.5 if start else None
     found = [
         each.minimise(law, h, first, Settings(1e-8), lift=2.3, mean_stiffness=np.inf)
-        for each in (solver(256), plain(256))
+        for each in (solver(256), solver(256, "numpy"))
     ]
     assert all(each.status.ok for each in found)
     assert np.count_nonzero(found[0].gap < 1) > 100
@@ -128,7 +120,7 @@ def test_the_same_holds_under_a_bound(start: bool, mean: float, pressure: float,
     h = heights(256)
     first = np.maximum(h + 1.2, 0.0) if start else None
     posed = {"lift": 1.0, "pressure": pressure, "mean_stiffness": mean, "most": most}
-    found = [each.constrain(h, first, Settings(1e-8), **posed) for each in (solver(256), plain(256))]
+    found = [each.constrain(h, first, Settings(1e-8), **posed) for each in (solver(256), solver(256, "numpy"))]
     assert all(each.status.ok for each in found)
     assert found[0].iterations == found[1].iterations
     np.testing.assert_allclose(found[0].traction, found[1].traction, atol=1e-12)

@@ -1,0 +1,274 @@
+"""The grid of the bound-constrained solver on the arrays of a library, in the words of :mod:`continuum.solve.grids`."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+from continuum.model.fourier import Real, cut
+from continuum.model.grid import Grid
+from continuum.solve.arrays.library import Array, Library
+from continuum.solve.arrays.modes import Modes, mean, square, total, without_mean
+from continuum.solve.backend import SMALLEST_GAP, SPREAD, STEEPEST, most_work, nodes
+from continuum.solve.solution import Work
+
+
+class BoundGrid(Modes):
+    """Pressure p, gap z without its level, direction t over the points of one grid, and the preconditioner Eᵀ K E.
+
+    Parameters
+    ----------
+    library, grid, stiffness_q : as for :class:`continuum.solve.arrays.modes.Modes`; what is not finite counts as zero.
+    smallest : grids of no more points along a side have no coarser one.
+    """
+
+    FIELDS = 16.0
+    """Memory that a solve needs, in fields."""
+    p: Array
+    z: Array
+    t: Array
+    s: Array
+    m: Array
+    change: Array
+    mask: Array
+    mean_stiffness, most = 0.0, np.inf
+
+    def __init__(self, library: Library, grid: Grid, stiffness_q: Real, smallest: int) -> None:
+        self._stiffness_q = np.where(np.isfinite(stiffness_q), stiffness_q, 0.0)
+        super().__init__(library, grid, self._stiffness_q)
+        self._smallest = smallest
+        self._hats = [library.put(hats(*each)) for each in zip(grid.shape, nodes(grid), strict=True)]
+        waves = self._stiffness_q.ravel()[1:]
+        self.stiffest, self.softest = float(max(waves.max(), SMALLEST_GAP)), float(waves.min())
+
+    @property
+    def work(self) -> Work:
+        return Work(self.grid.shape, self.transforms / 2, self.trials, 0.0)
+
+    # --- the problem -------------------------------------------------------------------------------------------
+
+    def set_problem(
+        self, offset: Real, start: Real | None, *, lift: float, sink: float, mean_stiffness: float, most: float
+    ) -> bool:
+        fields = (offset,) if start is None else (offset, start)
+        if not np.isfinite([float(each.sum()) for each in fields]).all():
+            return False
+        self._start = None if start is None else self.library.put(start)
+        self._pose(self.library.put(offset) + (lift - sink), mean_stiffness, most)
+        return True
+
+    def _pose(self, offset: Array, mean_stiffness: float, most: float) -> None:
+        """With p = 0: nothing presses yet."""
+        self.offset, self.mean_stiffness, self.most = offset, mean_stiffness, most
+        self.set_mean_stiffness(mean_stiffness if np.isfinite(mean_stiffness) else 0.0)
+        positive = self.K > 0
+        self._G = self.xp.where(positive, 1 / self.xp.where(positive, self.K, 1.0), 0.0)
+        self.p, self.transforms, self.trials = self.zeros(), 0, 0
+        self.mask, self.m = self.p > 0, self.p + 1
+
+    def set_coarser_problem(self) -> BoundGrid | None:
+        grid, xp = self.grid.coarser, self.xp
+        if grid is None or self.grid.narrowest <= self._smallest:
+            return None
+        self.below_grid = BoundGrid(self.library, grid, cut(self._stiffness_q, grid.shape_q), self._smallest)
+        every = self.offset[::2, ::2]
+        self.below_grid._pose(every + (mean(xp, self.offset) - mean(xp, every)), self.mean_stiffness, self.most)
+        return self.below_grid
+
+    def mean_offset(self) -> float:
+        return float(mean(self.xp, self.offset))
+
+    def touch(self) -> Real:
+        offset = self.library.get(self.offset)
+        gap: Real = np.maximum(offset - offset.min(), SMALLEST_GAP)
+        return gap
+
+    # --- where it starts ---------------------------------------------------------------------------------------
+
+    def guess(self, pressure: float | None) -> None:
+        xp, start = self.xp, self._start
+        traction = -self.inverse(self.K * self.forward(self.offset - start))
+        wide = xp.astype(start >= mean(xp, start), xp.float64)
+        traction = traction + (-total(xp, traction * wide) / total(xp, wide) if pressure is None else pressure)
+        least = xp.min(start)
+        beyond = start - xp.where(least > 0, least, 0.0)
+        self.p = xp.where(traction > self.stiffest * beyond, self._allowed(traction), 0.0)
+
+    def _allowed(self, p: Array) -> Array:
+        """A pressure, cut at zero and the largest."""
+        p = self.xp.where(p > 0, p, 0.0)
+        return p if np.isinf(self.most) else self.xp.where(p < self.most, p, self.most)
+
+    def spread(self) -> float:
+        xp, p = self.xp, self.below_grid.p
+        for axis in (0, 1):
+            if p.shape[axis] < self.grid.shape[axis]:
+                both = xp.stack([p, (p + xp.roll(p, -1, axis=axis)) / 2], axis=axis + 1)
+                p = xp.reshape(both, tuple(n * (1 + (i == axis)) for i, n in enumerate(p.shape)))
+        self.p = p
+        del self.below_grid
+        return self.total()
+
+    def fill(self, pressure: float) -> None:
+        self.p = self.zeros() + pressure
+
+    def scale(self, total: float) -> bool:
+        scaled = self._scaled(self.p, total, self.total())
+        self.p = self.p if scaled is None else scaled
+        return scaled is not None
+
+    def _scaled(self, p: Array, wanted: float, before: float) -> Array | None:
+        """A pressure scaled from one sum to another, but where it is the largest; None if no factor does."""
+        if np.isinf(self.most):
+            return p * (wanted / before)
+
+        def stretched(factor: float) -> Array:
+            return self.xp.where(p >= self.most, p, self._allowed(p * factor))
+
+        def excess(factor: float) -> float:
+            return float(total(self.xp, stretched(factor))) - wanted
+
+        low, high = 0.0, 1.0
+        while excess(high) < 0:
+            if high > STEEPEST:
+                return None
+            low, high = high, 4 * high
+        return None if excess(low) > 0 else stretched(float(brentq(excess, low, high, xtol=1e-300, rtol=1e-15)))
+
+    def total(self) -> float:
+        return float(total(self.xp, self.p))
+
+    # --- the preconditioner ------------------------------------------------------------------------------------
+
+    def level(self) -> tuple[float, float]:
+        m = self.xp.where((self.p > 0) & (self.p < self.most), self.m, 0.0)
+        mz, in_m = self.library.numbers(total(self.xp, m * self.z), total(self.xp, m))
+        return mz, in_m
+
+    def _in_contact(self, gap: Array) -> Array:
+        """The points that press or overlap, but for those that yield."""
+        return ((self.p > 0) | (gap < 0)) & ((self.p < self.most) | (gap > 0))
+
+    def select(self, level: float) -> tuple[float, float, float, float, float]:
+        xp, gap = self.xp, self.z + level
+        mask = self._in_contact(gap)
+        changed, self.mask, self.m = mask ^ self.mask, mask, xp.where(mask, self.m, 0.0)
+        counts = (total(xp, xp.astype(each, xp.float64)) for each in (mask, changed))
+        fourth = xp.where(mask, gap, 0.0) ** 4
+        sums = *counts, total(xp, self.m * self.z), total(xp, self.m), total(xp, fourth * fourth)
+        count, new, mz, m, eighth = self.library.numbers(*sums)
+        return count, new, mz, m, eighth**0.125
+
+    def renew(self) -> None:
+        ones = self.xp.astype(self.mask, self.xp.float64)
+        self.m = self._stiffened(ones)
+        if not float(total(self.xp, self.m)) > 0:
+            self.m = ones
+
+    def _near(self, field: Array) -> Array:
+        """Summed onto the nodes, and spread from them."""
+        P, Q = self._hats
+        return P @ (P.T @ field @ Q) @ Q.T * (P.shape[1] * Q.shape[1] / self.size)
+
+    def _stiffened(self, values: Array) -> Array:
+        """Eᵀ K E of values on the contact: beside it E has their mean within hat functions."""
+        xp, (row, column) = self.xp, self.marks.first
+        mask = xp.astype(self.mask, xp.float64)
+        beside = xp.where(self.mask, 0.0, 1 / (self._near(mask) + SPREAD))
+        values_q = self.forward(values + beside * self._near(values))
+        held = self.inverse(xp.where(row & column, self.softest, self.K) * values_q)
+        return (held + self._near(beside * held)) * mask
+
+    def precondition(self, level: float) -> float:
+        self.s = self._stiffened(self.xp.where(self.mask, self.z + level, 0.0))
+        return float(total(self.xp, self.s))
+
+    def correct(self, weight: float) -> list[float]:
+        xp, self.s = self.xp, self.s - self.m * weight
+        self.t = xp.where(self.mask, self.t, 0.0)
+        s, t, z = self.s, self.t, self.z
+        return self.library.numbers(
+            *(total(xp, each) for each in (s * s, z * s, self.change * s, t, z * t, z * self.m))
+        )
+
+    # --- a step ------------------------------------------------------------------------------------------------
+
+    def clear(self) -> None:
+        self.t, self.change = self.zeros(), self.zeros()
+
+    def turn(self, beta: float, weight: float) -> None:
+        self.t = self.xp.where(self.mask, self.s + (self.t - self.m * weight) * beta, self.t)
+
+    def curvature(self) -> float:
+        t_q = self.forward(self.t)
+        self._Gt_q = self._G * t_q
+        return float(total(self.xp, t_q * self._Gt_q * self.marks.weights))
+
+    def trial(self, step: float) -> tuple[float, float, float]:
+        xp, wanted = self.xp, self.p - self.t * step
+        self._tried = self._allowed(wanted)
+        sums = (total(xp, each) for each in (wanted, self._tried, xp.abs(wanted - self._tried)))
+        before, after, cut_off = self.library.numbers(*sums)
+        self.trials += bool(np.isfinite(after))
+        return -cut_off, before, after
+
+    def advance(self, step: float) -> None:
+        self.p, self.change = self._tried, self.inverse(self._Gt_q) * -step
+        self.z = self.z + self.change
+
+    def arrive(self, before: float, after: float) -> tuple[float, float]:
+        if before != after:
+            scaled = self._scaled(self._tried, before, after)
+            if scaled is None:
+                return np.inf, 0.0
+            self._tried = scaled
+        self._found, energy, size = self._gap(self._tried)
+        return energy, size
+
+    def accept(self) -> None:
+        self.p, self.change, self.z = self._tried, self._found - self.z, self._found
+
+    # --- the outcome -------------------------------------------------------------------------------------------
+
+    def displace(self) -> tuple[float, float]:
+        self.z, energy, size = self._gap(self.p)
+        return energy, size
+
+    def _gap(self, p: Array) -> tuple[Array, ...]:
+        """Gap under a pressure, without its level; the energy of the dual, and the size of what it is the sum of."""
+        xp, z = self.xp, self.inverse(self._G * self.forward(p)) + self.offset
+        energy, size = p * (z + self.offset) / 2, p * (xp.abs(z) + xp.abs(self.offset))
+        return z, *self.library.numbers(mean(xp, energy), mean(xp, size))
+
+    def misses(self, level: float) -> tuple[float, float]:
+        xp, gap = self.xp, self.z + level
+        error = xp.where(self._in_contact(gap), gap, 0.0)
+        missed = self.K * self.forward(error)
+        both = square(self.library, missed, self.marks.weights), xp.max(xp.abs(error))
+        squares, worst = self.library.numbers(*both)
+        return squares**0.5, worst
+
+    def duality_gap(self) -> tuple[float, float]:
+        xp, above = self.xp, self.z - self.xp.min(self.z)
+        work, pressure = self.library.numbers(mean(xp, self.p * above), mean(xp, self.p))
+        if np.isfinite(self.most):
+            work -= most_work(self.library.get(above), pressure, self.most)
+        G = without_mean(xp, self._G, self.marks)
+        return work, 2 * pressure * float(square(self.library, G, self.marks.weights)) ** 0.5
+
+    def hand_out(self, level: float) -> tuple[Real, Real]:
+        gap, p = self.library.get(self.z) + level, self.library.get(self.p)
+        closed = np.where(p >= self.most, np.minimum(gap, 0.0), 0.0)
+        return np.where(p > 0, closed, np.maximum(gap, SMALLEST_GAP)), p
+
+    # --- what only processor cores have ------------------------------------------------------------------------
+
+    def tiles(self, level: float, energy: float, size: float) -> None:
+        return None
+
+
+def hats(points: int, count: int) -> Real:
+    """Value at each point of the hat functions around so many nodes along one direction."""
+    distance = np.arange(points)[:, None] * count / points - np.arange(count)
+    whole: Real = sum(np.maximum(1 - np.abs(distance + period), 0.0) for period in (-count, 0, count))
+    return whole

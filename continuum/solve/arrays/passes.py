@@ -1,0 +1,166 @@
+"""Passes over memory of the smooth solver on arrays: each a function that a library may fuse."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from continuum.solve.arrays.laws import Formula
+from continuum.solve.arrays.library import Array, fused
+from continuum.solve.arrays.modes import Marks, mean, total, without_mean
+
+# --- passes over spectra ---------------------------------------------------------------------------------------
+
+
+def _step_of(xp: Any, g: Array, K: Array, marks: Marks, c0: Array, coarse: bool) -> tuple[Array, Array]:
+    """M and M g, M = 1/(K + c0); c0 is that of all modes, and of short waves beside a coarse step."""
+    row, column = marks.low
+    M = 1 / (K + (xp.where(row & column, c0[0], c0[1]) if coarse else c0[0]))
+    return M, M * g
+
+
+@fused
+def gradient(
+    xp: Any,
+    g: Array,
+    d: Array,
+    work: Array,
+    K: Array,
+    marks: Marks,
+    c0: Array,
+    alpha: Array,
+    *,
+    coarse: bool,
+    held: bool,
+    linear: bool,
+) -> tuple[Array, Array, Array]:
+    """Finish the last step, of length alpha: y = alpha K d + work, alpha times that of a linear wall; g <- g + y.
+
+    Returns g, y and the sums of :class:`continuum.solve.grids.SmoothGrid`.
+    """
+    alpha = xp.astype(alpha, K.dtype)
+    y = alpha * (K * d + work) if linear else alpha * K * d + work
+    y = without_mean(xp, y, marks) if held else y
+    g = (without_mean(xp, g, marks) if held else g) + y
+    M, s = _step_of(xp, g, K, marks, c0, coarse)
+    weights, (row, column) = marks.weights, marks.low
+    high = xp.where(row & column, 0.0, weights) if coarse else weights
+    pairs = (g * s, y * s, y * M * y, s * K * s, s * K * d)
+    return g, y, xp.stack([total(xp, weights * g * g), *(total(xp, high * each) for each in pairs)])
+
+
+@fused
+def low_modes(
+    xp: Any, g: Array, y: Array, d: Array, found: Array, K: Array, marks: Marks, c0: Array, size: Array
+) -> Array:
+    """Sums over the modes of the coarser grid, with its step for s, and with s = M g; the first of them is zero."""
+    (row, column), (M, own) = marks.low, _step_of(xp, g, K, marks, c0, coarse=False)
+    low = xp.where(row & column, marks.weights, 0.0)
+    sums = []
+    for s in (xp.astype(found, K.dtype) * xp.astype(-size, K.dtype), own):
+        pairs = (g * s, y * s, y * M * y, s * K * s, s * K * d)
+        sums += [0.0 * size, *(total(xp, low * each) for each in pairs)]
+    return xp.reshape(xp.stack(sums), (2, 6))
+
+
+@fused
+def choose(xp: Any, sums: Array, low: Array, size: Array, moved: Array) -> tuple[Array, Array, Array]:
+    """Sums over all modes, whether the step of the coarser grid descends, and its size, zero if it does not."""
+    both = sums + low[0, :]
+    descends = moved & xp.all(xp.isfinite(both)) & (both[1] > 0)
+    return xp.where(descends, both, sums + low[1, :]), descends, xp.where(descends, size, 0.0)
+
+
+@fused
+def direction(
+    xp: Any,
+    d: Array,
+    g: Array,
+    found: Array,
+    K: Array,
+    marks: Marks,
+    c0: Array,
+    beta: Array,
+    size: Array,
+    *,
+    coarse: bool,
+) -> Array:
+    """Direction d <- beta d - s; s is M g but for the modes of a coarser grid that has found a step of a size."""
+    (row, column), (_, s) = marks.low, _step_of(xp, g, K, marks, c0, coarse)
+    if coarse:
+        s = xp.where(row & column & (size > 0), xp.astype(found, K.dtype) * xp.astype(-size, K.dtype), s)
+    return xp.astype(beta, K.dtype) * d - s
+
+
+@fused
+def forth(xp: Any, x: Array, d: Array, alpha: Array) -> Array:
+    """Set x <- x + alpha d."""
+    return x + xp.astype(alpha, d.dtype) * d
+
+
+@fused
+def line(
+    xp: Any, sums: Array, last: Array, conjugate: Array, going: Array, bound: Array, *, first: bool
+) -> tuple[Array, Array]:
+    """Beta, slope and curvature of the next direction; and whether it goes on, the bound being that of <g g>.
+
+    As :func:`continuum.solve.conjugate.conjugate_line` after an exact line search.
+    """
+    gs, ys, ss, sd = (sums[i] for i in (1, 2, 4, 5))
+    slope, curvature = last[1], last[2]
+    follows = conjugate & (slope < 0) & (gs > 0)
+    beta = xp.where(follows, ys / xp.where(follows, -slope, 1.0), 0.0)
+    beta = xp.where(beta > 0, beta, 0.0)
+    line = xp.stack([beta, -gs, ss - 2 * beta * sd + beta * beta * curvature])
+    return line, going if first else going & (sums[0] > bound)
+
+
+@fused
+def length(xp: Any, line: Array, stiffness: Array, going: Array) -> tuple[Array, Array]:
+    """Step to the minimum along a line, zero where there is none or nothing goes on; and whether it does."""
+    curvature = line[2] + stiffness
+    going = going & (curvature > 0)
+    return xp.where(going, -line[1] / xp.where(going, curvature, 1.0), 0.0), going
+
+
+# --- passes over fields ----------------------------------------------------------------------------------------
+
+
+@fused
+def press(xp: Any, offset: Array, u: Array, p: Array, *, law: Formula) -> tuple[Array, ...]:
+    """The gap of a displacement, traction and stiffness of the wall there; mean of the energy."""
+    z = offset - u
+    energy, traction, stiffness = law(xp, z, p)
+    return z, traction, xp.astype(stiffness, xp.float32), mean(xp, energy)
+
+
+@fused
+def move(xp: Any, z: Array, d: Array, before: Array, p: Array, step: Array, *, law: Formula) -> tuple[Array, ...]:
+    """Step z <- z - step d; traction, its change and the stiffness there.
+
+    Means of the change times d, of the traction before times d, of the energy and of its size.
+    """
+    z = z - step * d
+    energy, traction, stiffness = law(xp, z, p)
+    change = traction - before
+    means = [mean(xp, each) for each in (change * d, before * d, energy, xp.abs(energy))]
+    return z, traction, change, xp.astype(stiffness, xp.float32), xp.stack(means)
+
+
+@fused
+def along(xp: Any, z: Array, d: Array, before: Array, p: Array, alpha: Array, *, law: Formula) -> Array:
+    """At z - alpha d: means of (change of traction) d and of stiffness d²."""
+    _, traction, stiffness = law(xp, z - alpha * d, p)
+    return xp.stack([mean(xp, (traction - before) * d), mean(xp, stiffness * d * d)])
+
+
+@fused
+def curvature(xp: Any, stiffness: Array, d: Array) -> Array:
+    """Mean of stiffness d²."""
+    return mean(xp, stiffness * d * d)
+
+
+@fused
+def pull(xp: Any, stiffness: Array, d: Array) -> tuple[Array, Array]:
+    """Traction of a linear wall along a direction, and the mean of its product with that."""
+    pull = xp.astype(stiffness, d.dtype) * d
+    return pull, mean(xp, pull * d)
