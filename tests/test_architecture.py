@@ -160,9 +160,9 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         ("pandas", {"continuum.paper", "continuum.sweeps.collect"}),
         ("rich", {"continuum.show.console"}),
         ("ducc0", {"continuum.model.fourier"}),
-        ("rocket_fft", {"continuum.solve.cpu.linear"}),
-        ("numba", {"continuum.model.laws", "continuum.solve.cpu.compiled"}),
-        ("threading", {"continuum.solve.cpu.engine", "continuum.sweeps.workers"}),
+        ("rocket_fft", {"continuum.solve.compiled.linear"}),
+        ("numba", {"continuum.model.laws", "continuum.solve.compiled.compiling"}),
+        ("threading", {"continuum.solve.compiled.passes", "continuum.sweeps.workers"}),
         ("ase", {"atomistic.crystal.crystal"}),
         (
             "subprocess",
@@ -252,7 +252,7 @@ def test_no_module_asks_what_class_of_another_one_an_object_is() -> None:
 def test_the_solvers_know_no_machine() -> None:
     """Mathematics on one side of the seam, arrays and threads on the other; who asks for a device imports it."""
     for path in MODULES:
-        for room in ("continuum.solve.cpu", "continuum.solve.arrays"):
+        for room in ("continuum.solve.compiled", "continuum.solve.arrays"):
             if not name(path).startswith(room) and name(path) != "continuum.solve.backend":
                 assert not any(module.startswith(room) for module in imports(path)), name(path)
 

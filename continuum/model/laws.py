@@ -1,14 +1,15 @@
-"""The formulas of the wall laws, compiled.
+"""The formulas of the wall laws, compiled, and on whole arrays.
 
-A law is a number (its kind) and an array of parameters, which the classes in :mod:`continuum.model.walls` make.  All
-code calls :func:`respond`, which is compiled once for all laws.
+A law is a number (its kind) and an array of parameters, which the classes in :mod:`continuum.model.walls` make.
+Compiled code calls :func:`respond`, which is compiled once for all laws; grids of arrays ask :data:`ON_ARRAYS`.
 
 numba's cache on disk checks the file of a function only, not those of the functions that it calls; see
-:mod:`continuum.solve.cpu.compiled`.
+:mod:`continuum.solve.compiled.compiling`.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -17,6 +18,14 @@ from continuum.model.fourier import Real
 
 SPLINE, INVERSE_POWERS, EXPONENTIAL, TABLE = 0, 1, 2, 3
 """Kinds of laws."""
+
+
+Array = Any
+"""An array of any library of the array API."""
+Response = tuple[Array, Array, Array]
+"""Energy, traction and stiffness."""
+OnArrays = Callable[[Any, Array, Array], Response]
+"""A law of the namespace of a library, gaps and parameters."""
 
 
 class Law(NamedTuple):
@@ -171,3 +180,85 @@ def evaluate(law: Law, gap: Real) -> tuple[Real, Real, Real]:
     respond(law.kind, flat, law.parameters, response)
     energy, traction, stiffness = response.reshape(3, *np.shape(gap))
     return energy, traction, stiffness
+
+
+# --- The same on whole arrays of any library, xp being its namespace: both sides of a branch are computed -------------
+
+
+def _continue(xp: Any, z: Array, core: Array, at_core: Response) -> Response:
+    """Continue a law below its core with constant stiffness."""
+    energy, traction, stiffness = at_core
+    x = xp.where(z < core, z - core, 0.0)
+    return energy + x * (0.5 * x * stiffness - traction), traction - x * stiffness, stiffness
+
+
+def _spline_on_arrays(xp: Any, z: Array, p: Array) -> Response:
+    k, core, r, work = p[0], p[1], p[2], p[3]
+    x = z - 1.0
+    t = xp.where(x < r, x / xp.where(r > 0, r, 1.0), 1.0)
+    u = 1.0 - t
+    pull = (
+        xp.where(t < 1.0, k * r * r * t * t * (0.5 + t * (t / 4 - 2 / 3)) - work, 0.0),
+        -k * x * u * u,
+        k * u * (1 - 3 * t),
+    )
+    y = xp.where(z < 1.0, z, 1.0)
+    i = 1.0 / xp.where(y > core, y, core)
+    i3 = i * i * i
+    push = (
+        k / 54 * (i3 - 1) * (i3 - 1) * (i3 + 2) - work,
+        k / 6 * i3 * i * (i3 * i3 - 1),
+        k / 6 * i3 * i * i * (10 * i3 * i3 - 4),
+    )
+    push = _continue(xp, z, core, push)
+    return xp.where(x > 0, pull[0], push[0]), xp.where(x > 0, pull[1], push[1]), xp.where(x > 0, pull[2], push[2])
+
+
+def _raise(base: Array, exponent: int) -> Array:
+    """Integer power, by squaring."""
+    half = _raise(base, exponent // 2) if exponent > 1 else 1.0
+    return half * half * base if exponent % 2 else half * half
+
+
+def powers_on_arrays(xp: Any, z: Array, p: Array, m: int, n: int) -> Response:
+    """Inverse powers, p as of the compiled ones."""
+    core, c = p[1], p[0] / (m - n)
+    i = 1.0 / xp.where(z > core, z, core)
+    low = _raise(i, n)
+    high = low * _raise(i, m - n)
+    law = c * (high / m - low / n), c * (high - low) * i, c * ((m + 1) * high - (n + 1) * low) * i * i
+    return _continue(xp, z, core, law)
+
+
+def _exponential_on_arrays(xp: Any, z: Array, p: Array) -> Response:
+    K, gamma, rho = p[0], p[1], p[2]
+    pull = gamma * xp.exp(-xp.where(z > 0.0, z, 0.0) / rho)
+    inside = z < 0.0
+    return (
+        xp.where(inside, gamma * (z / rho - 1) + 0.5 * K * z * z, -pull),
+        xp.where(inside, -gamma / rho - K * z, -pull / rho),
+        xp.where(inside, K, -pull / (rho * rho)),
+    )
+
+
+def _table_on_arrays(xp: Any, z: Array, p: Array) -> Response:
+    n = (p.shape[0] - 2) // 6
+    knots, energies, pieces = p[1 : n + 2], p[n + 2 : 2 * n + 2], xp.reshape(p[2 * n + 2 :], (n, 4))
+    first, last = p[1], p[n + 1]
+    y = xp.reshape(xp.where(z > first, z, first), (-1,))
+    at = xp.clip(xp.searchsorted(knots, y, side="right") - 1, 0, n - 1)
+    x = y - xp.take(knots, at)
+    a, b, c, d = (xp.take(pieces[:, j], at) for j in range(4))
+    e = xp.take(energies, at) - x * (d + x * (c / 2 + x * (b / 3 + x * a / 4)))
+    law = e, d + x * (c + x * (b + x * a)), -(c + x * (2 * b + x * 3 * a))
+    energy, traction, stiffness = _continue(xp, z, first, tuple(xp.reshape(each, z.shape) for each in law))
+    beyond = z >= last
+    return xp.where(beyond, 0.0, energy), xp.where(beyond, 0.0, traction), xp.where(beyond, 0.0, stiffness)
+
+
+ON_ARRAYS: dict[int, OnArrays] = {
+    SPLINE: _spline_on_arrays,
+    EXPONENTIAL: _exponential_on_arrays,
+    TABLE: _table_on_arrays,
+}
+"""By the kind of a law, but for inverse powers, whose exponents are numbers of Python."""

@@ -125,7 +125,7 @@ class Boxes:
                 rise += change * self.grid.size / self.of.size
         return rise, pairs
 
-    def carried(self, stiffness: Real) -> bool:
+    def carried(self, stiffness: NDArray[np.float32]) -> bool:
         """Whether the next coarser grid of the surface has four points for the shortest wave that snaps.
 
         That is the one as stiff as the softest point of the wall is soft; ``stiffness`` is that of the wall.

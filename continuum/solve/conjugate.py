@@ -21,7 +21,7 @@ def conjugate_line(sums: Real, last: Line, after: float, conjugate: bool) -> Lin
     """The next direction, by Hager and Zhang's beta, SIAM J. Optim. 16, 170 (2005); else steepest descent.
 
     On the last line the slope fell to ``after``.  The new direction is the last one's β-fold minus s.  ``sums`` are
-    those of :class:`continuum.solve.smooth_grid.SmoothGrid`.
+    those of :mod:`continuum.solve.grids`.
     """
     gs, ys, ym, ss, sd = sums[1], sums[2], sums[3], sums[4], sums[5]
     dg, dd = after, last.curvature

@@ -12,28 +12,29 @@ Bertsekas, SIAM J. Control Optim. 20, 221 (1982)).
 
 What makes it fast is the preconditioner.  The inverse of G between the points of the contact is Eᵀ K E, where E extends
 a displacement from there to all points as the free surface follows it.  M has a simpler E: beside the contact the mean
-of the contact near by (:mod:`continuum.solve.cpu.extending`).  It is symmetric and positive whatever E is.  The mean
-mode enters by the rank-one formula of Sherman and Morrison, whose limit of no mean stiffness is a given mean pressure.
-An iteration costs two pairs of transforms, two and a half if its step was cut.
+of the contact near by (:mod:`continuum.solve.compiled.extending`).  It is symmetric and positive whatever E is.  The
+mean mode enters by the rank-one formula of Sherman and Morrison, whose limit of no mean stiffness is a given mean
+pressure.  An iteration costs two pairs of transforms, two and a half if its step was cut.
 
-On large grids all of this happens on tiles of the contact first, whose engine has a model of G, and the whole grid only
-says what the model missed (:mod:`continuum.solve.cpu.tiles`): four or five pairs of it, instead of two an iteration.
+On large grids all of this happens on tiles of the contact first, which have a model of G, and the whole grid only says
+what the model missed (:mod:`continuum.solve.compiled.tiles`): four or five pairs of it, instead of two an iteration.
 
 It stops by the largest error of the gap: what closes the contact, or lifts an overlap.  That bounds the residual.
 
 No contact mechanics here beyond the bound: K and the offset are all that it knows.  No field either: those belong to
-the grids, whose operations (:class:`continuum.solve.bound_grid.BoundGrid`) return scalars.
+the grids, whose operations (:class:`continuum.solve.grids.BoundGrid`) return scalars.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from continuum.model.fourier import Real
-from continuum.solve.bound_grid import BoundGrid
+from continuum.solve.grids import BoundGrid
 from continuum.solve.solution import Iteration, Settings, Solution, Status, Work
 
 COARSE_TOLERANCES = (1e4, 3e4, 1e5, 1e6)
@@ -273,8 +274,8 @@ class _Dual:
             _, _, mz, self.in_m, _ = grid.select(level)
         return mz
 
-    def _precondition(self, mz: float) -> Real:
-        """Set s = M z on the contact; returns the sums of :meth:`continuum.solve.bound_grid.BoundGrid.correct`.
+    def _precondition(self, mz: float) -> Real | Sequence[float]:
+        """Set s = M z on the contact; returns the sums of :meth:`continuum.solve.grids.BoundGrid.correct`.
 
         With m about M 1 on the contact, N points, D = N K_0 + sum(m) and Q = 1 - m 1^T/D it is
         s = Q M Q^T z + m (m^T z) N K_0/D²: symmetric and positive whatever m, and Sherman and Morrison's for m = M 1.

@@ -20,10 +20,10 @@ stalls goes down in small boxes there (:mod:`continuum.solve.boxes`), and on fro
 If it stalls far from equilibrium, as a large part of the contact snaps, coarser grids carry it over, in fewer steps.
 
 On large grids with little contact all of this is what remains where tiles near the wall do not lead to the end
-(:mod:`continuum.solve.corrections`): these need three pairs of the whole grid.
+(:mod:`continuum.solve.compiled.corrections`): these need three pairs of the whole grid.
 
 No contact mechanics here: K, the offset and a law of the gap are all that it knows.  No field either: those belong to
-the grids, whose operations (:class:`continuum.solve.smooth_grid.SmoothGrid`) return scalars.
+the grids, whose operations (:class:`continuum.solve.grids.SmoothGrid`) return scalars.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
+from continuum.solve.coarse import coarse_step
 from continuum.solve.conjugate import Line, conjugate_line
-from continuum.solve.corrections import correct_coarser, correct_start
-from continuum.solve.smooth_grid import LinearGrid, SmoothGrid
+from continuum.solve.grids import SmoothGrid
 from continuum.solve.solution import Closer, Goal, Iteration, Settings, Solution, Status
 
 COARSE_TOLERANCES, WARM_TOLERANCES = (3e1, 1e2, 1e3, 1e4), (1e2, 1e3, 1e3, 1e4)
@@ -53,8 +53,6 @@ FAR = 1e5
 """A start whose residual is larger is not taken to tiles: conjugate gradients bring it closer in fewer pairs."""
 COARSE_LIMIT = 400
 """Iterations on each coarser grid of a cold start, at most."""
-COARSE_ITERATIONS, COARSE_REDUCTION = 4, 0.3
-"""A coarse step ends after so many iterations, or when the coarse gradient has fallen by this factor."""
 SLOPE_REDUCTION, SLOPE_ACCEPTED = 0.1, 0.5
 """A Newton step made at once, or a line search near the wall, lowers the slope to the first part; over all points the
 second must hold after a line search."""
@@ -93,7 +91,7 @@ def minimise(
         tolerance = closer.tolerance
 
     # The gradient afresh, from z alone: g has gathered rounding errors on the way; corrections have none.
-    residual = grid.residual() if grid.stiffness is not None else history[-1].residual
+    residual = history[-1].residual if grid.corrected else grid.residual()
     if status is Status.CONVERGED and not residual <= 2 * tolerance:
         status = Status.LINE_SEARCH
     # Near the end of its range the energy of a law is the difference of far larger numbers: by their rounding the last
@@ -137,7 +135,8 @@ def _solve(
             return status
         distance = history.pop().residual / settings.tolerance
         if coarse is None or distance <= CLOSE:
-            corrected = correct_start(grid, goal, history, iterations) if tiled and distance <= FAR else None
+            near = tiled and distance <= FAR
+            corrected = grid.correct(goal, history, iterations, coarser=False) if near else None
             if corrected:
                 return Status.CONVERGED
             return descend(iterations, history, complete=corrected is None)
@@ -146,7 +145,8 @@ def _solve(
     else:
         grid.set_coarser_problem(started=started)
         _solve(coarse, levels, settings, depth + 1, [], started=started)
-        corrected = correct_coarser(grid, goal, history, iterations) if grid.has_tiles(below=True) else None
+        tiled = grid.has_tiles(below=True)
+        corrected = grid.correct(goal, history, iterations, coarser=True) if tiled else None
         if corrected:
             return Status.CONVERGED
         if corrected is None:
@@ -239,7 +239,7 @@ def _descend(
             continue
         conjugate = True
         if coarse:
-            sums, conjugate = _coarse_step(grid, levels, shift, sums)
+            sums, conjugate = coarse_step(grid, levels, shift, sums)
         line = conjugate_line(sums, line, step.slope, conjugate)
         step = _step(grid, line, grid.turn(line.beta, coarse=coarse), newton=step.newton)
         if not np.isfinite(step.length):
@@ -249,46 +249,6 @@ def _descend(
             return Status.ENERGY_ROSE
         energy += step.rise
     return Status.ITERATION_LIMIT
-
-
-def _coarse_step(grid: SmoothGrid | LinearGrid, levels: int, shift: float, sums: Real) -> tuple[Real, bool]:
-    """Let the coarser grid find its part of the step; returns the sums over all modes, and whether that descends."""
-    size = float(np.sqrt(sums[0]))
-    grid.restrict(size)
-    assert grid.linear is not None
-    if minimise_linear(grid.linear, levels - 1, shift):
-        both = sums + grid.low_modes(shift, size)
-        if np.isfinite(both).all() and both[1] > 0:
-            return both, True
-    # It does not: the gradient's own does.
-    return sums + grid.low_gradient(shift), False
-
-
-def minimise_linear(grid: LinearGrid, levels: int, shift: float) -> bool:
-    """Approach the minimum of a linear problem from x = 0 by a few conjugate directions; whether any step was taken."""
-    at_once = grid.relax(levels, shift, COARSE_ITERATIONS, COARSE_REDUCTION)
-    if at_once is not None:
-        return at_once
-    coarse = grid.linear is not None and levels > 1
-    line, alpha, bound = Line(0.0, 0.0, 0.0), 0.0, 0.0
-    grid.begin()
-    for iteration in range(COARSE_ITERATIONS):
-        sums = grid.gradient(shift, alpha, line.beta, coarse=coarse, first=iteration == 0)
-        if iteration == 0:
-            bound = COARSE_REDUCTION**2 * sums[0]
-        elif not sums[0] > bound:
-            return True
-        conjugate = True
-        if coarse:
-            sums, conjugate = _coarse_step(grid, levels, shift, sums)
-        line = conjugate_line(sums, line, 0.0, conjugate)
-        curvature = line.curvature + grid.turn(line.beta, coarse=coarse)
-        if not curvature > 0:
-            # The wall is softer than the substrate along this direction: there is no minimum to go to.
-            return iteration > 0
-        alpha = -line.slope / curvature
-    grid.finish(shift, alpha, line.beta, coarse=coarse)
-    return True
 
 
 def _step(grid: SmoothGrid, line: Line, stiffness: float, *, newton: bool) -> _Step:

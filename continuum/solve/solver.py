@@ -11,10 +11,9 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law, evaluate
 from continuum.solve.backend import back_end
-from continuum.solve.bound_grid import BoundGrid
+from continuum.solve.grids import BoundGrid, SmoothGrid
 from continuum.solve.hard import constrain
 from continuum.solve.smooth import COARSE_TOLERANCES, minimise
-from continuum.solve.smooth_grid import SmoothGrid
 from continuum.solve.solution import Closer, Settings, Solution
 from continuum.solve.stability import Stability, stability
 
@@ -137,11 +136,8 @@ class Solver:
 
     @cached_property
     def _smooth(self) -> SmoothGrid:
-        coarser = len(COARSE_TOLERANCES)
-        grid: SmoothGrid = self._back_end.smooth_grid(*self._surface, coarser, sampled=self._sampled)
-        return grid
+        return self._back_end.smooth_grid(*self._surface, len(COARSE_TOLERANCES), sampled=self._sampled)
 
     @cached_property
     def _bound(self) -> BoundGrid:
-        grid: BoundGrid = self._back_end.bound_grid(*self._surface)
-        return grid
+        return self._back_end.bound_grid(*self._surface)

@@ -24,10 +24,11 @@ from continuum.model.walls import HardWall, Wall, attraction_on_core
 from continuum.path.loading import solve
 from continuum.path.state import PathState, Search
 from continuum.path.turn import find_turn
-from continuum.solve import cpu, smooth
-from continuum.solve.cpu import tiles
-from continuum.solve.cpu.compiled import TILE
-from continuum.solve.cpu.engine import NEAR, CpuEngine
+from continuum.solve import smooth
+from continuum.solve.backend import back_end
+from continuum.solve.compiled import tiles
+from continuum.solve.compiled.compiling import TILE
+from continuum.solve.compiled.passes import NEAR, Passes
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
 from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, TOLERANCE, coarse, rough
@@ -249,7 +250,7 @@ def _stream(size: int) -> float:
 
 def _pair(grid: Grid) -> tuple[float, float]:
     """CPU seconds of an FFT pair on padded arrays: ducc0's own, and the package's over fixed blocks."""
-    passes, field = CpuEngine(grid, np.ones(grid.shape_q), 1), padded(grid.shape)
+    passes, field = Passes(grid, np.ones(grid.shape_q), 1), padded(grid.shape)
     spectrum = passes.work_q
     field[...] = np.random.default_rng(1).standard_normal(grid.shape)
 
@@ -292,7 +293,7 @@ def iteration(n: int, seed: int, adhesion_length: float, mean_gap: float) -> dic
     state, whole = _timed(lambda: solve(problem, "mean-gap", mean_gap, Settings(TOLERANCE)))
     all_pairs = state.solution.require().fft_pairs
 
-    cpu.BACK_END.LEVELS, smooth.PATIENCE = 1, 1 << 30  # iterations alone, no boxes
+    back_end("cpu").LEVELS, smooth.PATIENCE = 1, 1 << 30  # iterations alone, no boxes
 
     def run(iterations: int) -> Solution:
         settings = Settings(1e-30, max_iterations=iterations, warm_grids=0)

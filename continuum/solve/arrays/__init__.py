@@ -11,9 +11,9 @@ from functools import cache, cached_property
 from continuum.errors import InputError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.solve.arrays.bound_grid import BoundGrid
+from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import CUDA, LIBRARIES, Library, visible
-from continuum.solve.arrays.smooth_grid import SmoothGrid
+from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
 from continuum.solve.backend import BackEnd
 
 
@@ -23,13 +23,10 @@ class ArrayBackEnd(BackEnd):
     PRECISION = "float32"
     """Precision of linear problems: a step of a coarser grid is a direction only."""
 
-    def __init__(self, device: str) -> None:
-        self._device = device
-
     @cached_property
     def library(self) -> Library:
         """Where arrays lie."""
-        return found(self._device)
+        return found(self.device)
 
     @cached_property
     def SMALLEST(self) -> int:  # type: ignore[override]
@@ -41,7 +38,7 @@ class ArrayBackEnd(BackEnd):
         if not self.library.name():
             return ""
         return (
-            f'device = "{self._device}" is experimental: its results were checked on processor cores, its speed on no '
+            f'device = "{self.device}" is experimental: its results were checked on processor cores, its speed on no '
             "GPU yet; compare a point with the CPU's before you rely on it"
         )
 
@@ -54,13 +51,13 @@ class ArrayBackEnd(BackEnd):
     def devices(self) -> tuple[str, ...]:
         return visible(self.library.devices())
 
-    def smooth_grid(self, grid: Grid, K: Real, threads: int, coarser: int, *, sampled: bool) -> SmoothGrid:
-        self._reserve(grid, SmoothGrid.FIELDS)
-        return SmoothGrid(self.library, grid, K, self.SMALLEST, self.PRECISION, coarser, sampled=sampled)
+    def smooth_grid(self, grid: Grid, K: Real, threads: int, coarser: int, *, sampled: bool) -> ArraySmoothGrid:
+        self._reserve(grid, ArraySmoothGrid.FIELDS)
+        return ArraySmoothGrid(self.library, grid, K, self.SMALLEST, self.PRECISION, coarser, sampled=sampled)
 
-    def bound_grid(self, grid: Grid, K: Real, threads: int) -> BoundGrid:
-        self._reserve(grid, BoundGrid.FIELDS)
-        return BoundGrid(self.library, grid, K, self.SMALLEST)
+    def bound_grid(self, grid: Grid, K: Real, threads: int) -> ArrayBoundGrid:
+        self._reserve(grid, ArrayBoundGrid.FIELDS)
+        return ArrayBoundGrid(self.library, grid, K, self.SMALLEST)
 
     def _reserve(self, grid: Grid, fields: float) -> None:
         """Raise MemoryError if so many fields do not fit on the device."""
@@ -91,7 +88,5 @@ def found(device: str) -> Library:
         raise InputError(msg) from error
 
 
-@cache
-def back_end(device: str) -> ArrayBackEnd:
-    """The back end of a device, one for all who ask."""
-    return ArrayBackEnd(device)
+BACK_END = cache(ArrayBackEnd)
+"""The back end of a device by its name, one for all who ask."""

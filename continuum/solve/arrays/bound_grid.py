@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.optimize import brentq
 
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.solve.arrays.library import Array, Library
-from continuum.solve.arrays.modes import Modes, mean, square, total, without_mean
+from continuum.solve.arrays.modes import Modes, mean, square, sum_of, without_mean
 from continuum.solve.backend import SMALLEST_GAP, SPREAD, STEEPEST, most_work, nodes
 from continuum.solve.solution import Work
 
 
-class BoundGrid(Modes):
+class ArrayBoundGrid(Modes):
     """Pressure p, gap z without its level, direction t over the points of one grid, and the preconditioner Eᵀ K E.
 
     Parameters
@@ -66,11 +68,11 @@ class BoundGrid(Modes):
         self.p, self.transforms, self.trials = self.zeros(), 0, 0
         self.mask, self.m = self.p > 0, self.p + 1
 
-    def set_coarser_problem(self) -> BoundGrid | None:
+    def set_coarser_problem(self) -> ArrayBoundGrid | None:
         grid, xp = self.grid.coarser, self.xp
         if grid is None or self.grid.narrowest <= self._smallest:
             return None
-        self.below_grid = BoundGrid(self.library, grid, cut(self._stiffness_q, grid.shape_q), self._smallest)
+        self.below_grid = ArrayBoundGrid(self.library, grid, cut(self._stiffness_q, grid.shape_q), self._smallest)
         every = self.offset[::2, ::2]
         self.below_grid._pose(every + (mean(xp, self.offset) - mean(xp, every)), self.mean_stiffness, self.most)
         return self.below_grid
@@ -89,7 +91,7 @@ class BoundGrid(Modes):
         xp, start = self.xp, self._start
         traction = -self.inverse(self.K * self.forward(self.offset - start))
         wide = xp.astype(start >= mean(xp, start), xp.float64)
-        traction = traction + (-total(xp, traction * wide) / total(xp, wide) if pressure is None else pressure)
+        traction = traction + (-sum_of(xp, traction * wide) / sum_of(xp, wide) if pressure is None else pressure)
         least = xp.min(start)
         beyond = start - xp.where(least > 0, least, 0.0)
         self.p = xp.where(traction > self.stiffest * beyond, self._allowed(traction), 0.0)
@@ -126,7 +128,7 @@ class BoundGrid(Modes):
             return self.xp.where(p >= self.most, p, self._allowed(p * factor))
 
         def excess(factor: float) -> float:
-            return float(total(self.xp, stretched(factor))) - wanted
+            return float(sum_of(self.xp, stretched(factor))) - wanted
 
         low, high = 0.0, 1.0
         while excess(high) < 0:
@@ -136,13 +138,13 @@ class BoundGrid(Modes):
         return None if excess(low) > 0 else stretched(float(brentq(excess, low, high, xtol=1e-300, rtol=1e-15)))
 
     def total(self) -> float:
-        return float(total(self.xp, self.p))
+        return float(sum_of(self.xp, self.p))
 
     # --- the preconditioner ------------------------------------------------------------------------------------
 
     def level(self) -> tuple[float, float]:
         m = self.xp.where((self.p > 0) & (self.p < self.most), self.m, 0.0)
-        mz, in_m = self.library.numbers(total(self.xp, m * self.z), total(self.xp, m))
+        mz, in_m = self.library.numbers(sum_of(self.xp, m * self.z), sum_of(self.xp, m))
         return mz, in_m
 
     def _in_contact(self, gap: Array) -> Array:
@@ -153,16 +155,16 @@ class BoundGrid(Modes):
         xp, gap = self.xp, self.z + level
         mask = self._in_contact(gap)
         changed, self.mask, self.m = mask ^ self.mask, mask, xp.where(mask, self.m, 0.0)
-        counts = (total(xp, xp.astype(each, xp.float64)) for each in (mask, changed))
+        counts = (sum_of(xp, xp.astype(each, xp.float64)) for each in (mask, changed))
         fourth = xp.where(mask, gap, 0.0) ** 4
-        sums = *counts, total(xp, self.m * self.z), total(xp, self.m), total(xp, fourth * fourth)
+        sums = *counts, sum_of(xp, self.m * self.z), sum_of(xp, self.m), sum_of(xp, fourth * fourth)
         count, new, mz, m, eighth = self.library.numbers(*sums)
         return count, new, mz, m, eighth**0.125
 
     def renew(self) -> None:
         ones = self.xp.astype(self.mask, self.xp.float64)
         self.m = self._stiffened(ones)
-        if not float(total(self.xp, self.m)) > 0:
+        if not float(sum_of(self.xp, self.m)) > 0:
             self.m = ones
 
     def _near(self, field: Array) -> Array:
@@ -181,14 +183,14 @@ class BoundGrid(Modes):
 
     def precondition(self, level: float) -> float:
         self.s = self._stiffened(self.xp.where(self.mask, self.z + level, 0.0))
-        return float(total(self.xp, self.s))
+        return float(sum_of(self.xp, self.s))
 
     def correct(self, weight: float) -> list[float]:
         xp, self.s = self.xp, self.s - self.m * weight
         self.t = xp.where(self.mask, self.t, 0.0)
         s, t, z = self.s, self.t, self.z
         return self.library.numbers(
-            *(total(xp, each) for each in (s * s, z * s, self.change * s, t, z * t, z * self.m))
+            *(sum_of(xp, each) for each in (s * s, z * s, self.change * s, t, z * t, z * self.m))
         )
 
     # --- a step ------------------------------------------------------------------------------------------------
@@ -202,12 +204,12 @@ class BoundGrid(Modes):
     def curvature(self) -> float:
         t_q = self.forward(self.t)
         self._Gt_q = self._G * t_q
-        return float(total(self.xp, t_q * self._Gt_q * self.marks.weights))
+        return float(sum_of(self.xp, t_q * self._Gt_q * self.marks.weights))
 
     def trial(self, step: float) -> tuple[float, float, float]:
         xp, wanted = self.xp, self.p - self.t * step
         self._tried = self._allowed(wanted)
-        sums = (total(xp, each) for each in (wanted, self._tried, xp.abs(wanted - self._tried)))
+        sums = (sum_of(xp, each) for each in (wanted, self._tried, xp.abs(wanted - self._tried)))
         before, after, cut_off = self.library.numbers(*sums)
         self.trials += bool(np.isfinite(after))
         return -cut_off, before, after
@@ -265,6 +267,9 @@ class BoundGrid(Modes):
 
     def tiles(self, level: float, energy: float, size: float) -> None:
         return None
+
+    def take(self, tiles: Any) -> None:
+        raise NotImplementedError
 
 
 def hats(points: int, count: int) -> Real:

@@ -15,7 +15,7 @@ from continuum.model.grid import Grid
 from continuum.solve.arrays.library import Array, Library, fused
 
 
-class Marks(NamedTuple):
+class ModeMarks(NamedTuple):
     """Rows and columns of a half spectrum, of shapes that go with it: what a pass asks of a mode."""
 
     weights: Array
@@ -43,7 +43,7 @@ class Modes:
         self.K = library.put(stiffness_q[..., None], self.kind)
         (nx, ny), (m, n) = grid.shape, grid.mode_numbers
         rows, columns = np.abs(m)[..., None], n[..., None]
-        self.marks = Marks(
+        self.marks = ModeMarks(
             library.put(grid.mode_weights[..., None], self.kind),
             (library.put(rows == 0, self.xp.bool), library.put(columns == 0, self.xp.bool)),
             (library.put(rows < nx / 4, self.xp.bool), library.put(columns < ny / 4, self.xp.bool)),
@@ -111,23 +111,23 @@ def _above(xp: Any, spectrum: Array, low: Array, *, shape: tuple[int, int]) -> A
     return xp.concat([wide[:half, ...], between, wide[half:, ...]])
 
 
-def total(xp: Any, values: Array) -> Array:
+def sum_of(xp: Any, values: Array) -> Array:
     """Sum in double precision, over rows first."""
     return xp.sum(xp.sum(values, axis=tuple(range(1, values.ndim)), dtype=xp.float64))
 
 
 def mean(xp: Any, values: Array) -> Array:
     """Mean over the points."""
-    return total(xp, values) / (values.shape[0] * values.shape[1])
+    return sum_of(xp, values) / (values.shape[0] * values.shape[1])
 
 
 @fused
 def square(xp: Any, spectrum: Array, weights: Array) -> Array:
     """Sum of the squares of a spectrum's modes, weighted."""
-    return total(xp, spectrum * spectrum * weights)
+    return sum_of(xp, spectrum * spectrum * weights)
 
 
-def without_mean(xp: Any, spectrum: Array, marks: Marks) -> Array:
+def without_mean(xp: Any, spectrum: Array, marks: ModeMarks) -> Array:
     """A spectrum whose first mode is zero."""
     row, column = marks.first
     return xp.where(row & column, 0.0, spectrum)

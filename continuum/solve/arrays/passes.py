@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from continuum.solve.arrays.laws import Formula
+from continuum.model.laws import OnArrays
 from continuum.solve.arrays.library import Array, fused
-from continuum.solve.arrays.modes import Marks, mean, total, without_mean
+from continuum.solve.arrays.modes import ModeMarks, mean, sum_of, without_mean
 
 # --- passes over spectra ---------------------------------------------------------------------------------------
 
 
-def _step_of(xp: Any, g: Array, K: Array, marks: Marks, c0: Array, coarse: bool) -> tuple[Array, Array]:
+def _step_of(xp: Any, g: Array, K: Array, marks: ModeMarks, c0: Array, coarse: bool) -> tuple[Array, Array]:
     """M and M g, M = 1/(K + c0); c0 is that of all modes, and of short waves beside a coarse step."""
     row, column = marks.low
     M = 1 / (K + (xp.where(row & column, c0[0], c0[1]) if coarse else c0[0]))
@@ -19,13 +19,13 @@ def _step_of(xp: Any, g: Array, K: Array, marks: Marks, c0: Array, coarse: bool)
 
 
 @fused
-def gradient(
+def finish_step(
     xp: Any,
     g: Array,
     d: Array,
     work: Array,
     K: Array,
-    marks: Marks,
+    marks: ModeMarks,
     c0: Array,
     alpha: Array,
     *,
@@ -45,12 +45,12 @@ def gradient(
     weights, (row, column) = marks.weights, marks.low
     high = xp.where(row & column, 0.0, weights) if coarse else weights
     pairs = (g * s, y * s, y * M * y, s * K * s, s * K * d)
-    return g, y, xp.stack([total(xp, weights * g * g), *(total(xp, high * each) for each in pairs)])
+    return g, y, xp.stack([sum_of(xp, weights * g * g), *(sum_of(xp, high * each) for each in pairs)])
 
 
 @fused
-def low_modes(
-    xp: Any, g: Array, y: Array, d: Array, found: Array, K: Array, marks: Marks, c0: Array, size: Array
+def low_sums(
+    xp: Any, g: Array, y: Array, d: Array, found: Array, K: Array, marks: ModeMarks, c0: Array, size: Array
 ) -> Array:
     """Sums over the modes of the coarser grid, with its step for s, and with s = M g; the first of them is zero."""
     (row, column), (M, own) = marks.low, _step_of(xp, g, K, marks, c0, coarse=False)
@@ -58,7 +58,7 @@ def low_modes(
     sums = []
     for s in (xp.astype(found, K.dtype) * xp.astype(-size, K.dtype), own):
         pairs = (g * s, y * s, y * M * y, s * K * s, s * K * d)
-        sums += [0.0 * size, *(total(xp, low * each) for each in pairs)]
+        sums += [0.0 * size, *(sum_of(xp, low * each) for each in pairs)]
     return xp.reshape(xp.stack(sums), (2, 6))
 
 
@@ -77,7 +77,7 @@ def direction(
     g: Array,
     found: Array,
     K: Array,
-    marks: Marks,
+    marks: ModeMarks,
     c0: Array,
     beta: Array,
     size: Array,
@@ -98,7 +98,7 @@ def forth(xp: Any, x: Array, d: Array, alpha: Array) -> Array:
 
 
 @fused
-def line(
+def next_line(
     xp: Any, sums: Array, last: Array, conjugate: Array, going: Array, bound: Array, *, first: bool
 ) -> tuple[Array, Array]:
     """Beta, slope and curvature of the next direction; and whether it goes on, the bound being that of <g g>.
@@ -126,7 +126,7 @@ def length(xp: Any, line: Array, stiffness: Array, going: Array) -> tuple[Array,
 
 
 @fused
-def press(xp: Any, offset: Array, u: Array, p: Array, *, law: Formula) -> tuple[Array, ...]:
+def respond_at(xp: Any, offset: Array, u: Array, p: Array, *, law: OnArrays) -> tuple[Array, ...]:
     """The gap of a displacement, traction and stiffness of the wall there; mean of the energy."""
     z = offset - u
     energy, traction, stiffness = law(xp, z, p)
@@ -134,7 +134,9 @@ def press(xp: Any, offset: Array, u: Array, p: Array, *, law: Formula) -> tuple[
 
 
 @fused
-def move(xp: Any, z: Array, d: Array, before: Array, p: Array, step: Array, *, law: Formula) -> tuple[Array, ...]:
+def step_along(
+    xp: Any, z: Array, d: Array, before: Array, p: Array, step: Array, *, law: OnArrays
+) -> tuple[Array, ...]:
     """Step z <- z - step d; traction, its change and the stiffness there.
 
     Means of the change times d, of the traction before times d, of the energy and of its size.
@@ -147,7 +149,7 @@ def move(xp: Any, z: Array, d: Array, before: Array, p: Array, step: Array, *, l
 
 
 @fused
-def along(xp: Any, z: Array, d: Array, before: Array, p: Array, alpha: Array, *, law: Formula) -> Array:
+def along(xp: Any, z: Array, d: Array, before: Array, p: Array, alpha: Array, *, law: OnArrays) -> Array:
     """At z - alpha d: means of (change of traction) d and of stiffness d²."""
     _, traction, stiffness = law(xp, z - alpha * d, p)
     return xp.stack([mean(xp, (traction - before) * d), mean(xp, stiffness * d * d)])

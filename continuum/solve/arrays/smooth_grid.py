@@ -15,11 +15,11 @@ from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.arrays import passes
-from continuum.solve.arrays.laws import Wall
+from continuum.solve.arrays.laws import DeviceLaw
 from continuum.solve.arrays.library import Array, Library
 from continuum.solve.arrays.modes import Modes, mean, square, without_mean
 from continuum.solve.backend import SHORT_WAVES
-from continuum.solve.solution import Work
+from continuum.solve.solution import Goal, Iteration, Work
 
 
 class _Descending(Modes):
@@ -33,7 +33,7 @@ class _Descending(Modes):
     """Of the wall, in single precision."""
     found: Array = None
     """Step of the coarser grid, on the modes of this one."""
-    linear: LinearGrid | None = None
+    linear: ArrayLinearGrid | None = None
     held = False
 
     def __init__(self, library: Library, grid: Grid, stiffness_q: Real, kind: Any = None) -> None:
@@ -45,10 +45,10 @@ class _Descending(Modes):
         if shift != self._shift:
             self._shift, self._c0 = shift, self.library.put([shift, self._short_waves], self.kind)
         given = self.g, self.d_q, work, self.K, self.marks, self._c0, alpha
-        self.g, self.y, sums = passes.gradient(self.library, *given, coarse=coarse, held=self.held, linear=linear)
+        self.g, self.y, sums = passes.finish_step(self.library, *given, coarse=coarse, held=self.held, linear=linear)
         return sums
 
-    def _restrict(self, size: Array) -> LinearGrid:
+    def _restrict(self, size: Array) -> ArrayLinearGrid:
         """Pose the linear problem of the coarser grid."""
         assert self.linear is not None
         self.linear.stiffness = self.stiffness[::2, ::2]
@@ -59,7 +59,7 @@ class _Descending(Modes):
         """Sums over the modes of the coarser grid, of its step and of the gradient's own."""
         assert self.linear is not None
         self.found = self.above(self.linear.x)
-        return passes.low_modes(self.library, self.g, self.y, self.d_q, self.found, self.K, self.marks, self._c0, size)
+        return passes.low_sums(self.library, self.g, self.y, self.d_q, self.found, self.K, self.marks, self._c0, size)
 
     def _turn(self, beta: Array, size: Array, *, coarse: bool) -> Array:
         """The new direction, as a field."""
@@ -69,17 +69,19 @@ class _Descending(Modes):
         return self.inverse(self.d_q)
 
 
-class LinearGrid(_Descending):
+class ArrayLinearGrid(_Descending):
     """The linear problem (K + stiffness) x = -g of a grid, for a step of the next finer one."""
 
     x: Array = None
 
-    def __init__(self, library: Library, grid: Grid, stiffness_q: Real, kind: str, coarser: LinearGrid | None) -> None:
+    def __init__(
+        self, library: Library, grid: Grid, stiffness_q: Real, kind: str, coarser: ArrayLinearGrid | None
+    ) -> None:
         super().__init__(library, grid, stiffness_q, getattr(library.xp, kind))
         self.linear = coarser
 
     def relax(self, levels: int, shift: float, iterations: int, reduction: float) -> bool:
-        """All of :func:`continuum.solve.smooth.minimise_linear`."""
+        """As the seam says, without a decision of the host."""
         return bool(self.library.numbers(self._relax(levels, shift, iterations, reduction))[0])
 
     def _relax(self, levels: int, shift: float, iterations: int, reduction: float) -> Array:
@@ -97,7 +99,7 @@ class LinearGrid(_Descending):
                 size = self.xp.sqrt(sums[0])
                 moved_there = self._restrict(size)._relax(levels - 1, shift, iterations, reduction)
                 sums, conjugate, size = passes.choose(library, sums, self._low_modes(size), size, moved_there)
-            line, going = passes.line(library, sums, line, conjugate, going, bound, first=iteration == 0)
+            line, going = passes.next_line(library, sums, line, conjugate, going, bound, first=iteration == 0)
             pull, stiffness = passes.pull(library, self.stiffness, self._turn(line[0], size, coarse=coarse))
             alpha, going = passes.length(library, line, stiffness, going)
             work, moved = self.forward(pull), moved if iteration else going
@@ -105,7 +107,7 @@ class LinearGrid(_Descending):
         return moved
 
 
-class SmoothGrid(_Descending):
+class ArraySmoothGrid(_Descending):
     """Gap z and direction d over the points, spectra of the gradient and of d; and the coarser grids.
 
     Parameters
@@ -119,9 +121,9 @@ class SmoothGrid(_Descending):
 
     FIELDS = 22.0
     """Memory that a solve needs, in fields of the finest grid, where a pass has no intermediate ones."""
-    boxes = None
+    boxes, corrected = None, False
     law: Law
-    wall: Wall
+    wall: DeviceLaw
     pressure = 0.0
     offset: Array = None
     start: Array = None
@@ -150,14 +152,14 @@ class SmoothGrid(_Descending):
     ) -> None:
         super().__init__(library, grid, stiffness_q)
         self._sampled, below = sampled, grid.coarser
-        self.coarser: SmoothGrid | None = None
+        self.coarser: ArraySmoothGrid | None = None
         if coarser > 0 and below is not None and grid.narrowest > smallest:
             K = cut(stiffness_q, below.shape_q)
-            self.coarser = SmoothGrid(library, below, K, smallest, precision, coarser - 1, sampled=sampled)
-            self.linear = LinearGrid(library, below, K, precision, self.coarser.linear)
+            self.coarser = ArraySmoothGrid(library, below, K, smallest, precision, coarser - 1, sampled=sampled)
+            self.linear = ArrayLinearGrid(library, below, K, precision, self.coarser.linear)
 
     @property
-    def chain(self) -> list[SmoothGrid]:
+    def chain(self) -> list[ArraySmoothGrid]:
         """The grid itself and all coarser ones."""
         return [self, *(self.coarser.chain if self.coarser else [])]
 
@@ -177,7 +179,7 @@ class SmoothGrid(_Descending):
             return False
         self.offset = self.library.put(offset) + lift
         self.start = None if start is None else self.library.put(start)
-        wall, held = Wall.on(self.library, law), bool(np.isinf(mean_stiffness))
+        wall, held = DeviceLaw.on(self.library, law), bool(np.isinf(mean_stiffness))
         for grid in self.chain:
             grid.law, grid.wall, grid.pressure = law, wall, pressure
             for each in (grid, grid.linear) if grid.linear else (grid,):
@@ -213,7 +215,7 @@ class SmoothGrid(_Descending):
     def _go_to(self, u: Array) -> None:
         """Begin at a displacement: z, its traction, and g without that."""
         (row, column), xp, wall = self.marks.first, self.xp, self.wall
-        pressed = passes.press(self.library, self.offset, u, wall.parameters, law=wall.formula)
+        pressed = passes.respond_at(self.library, self.offset, u, wall.parameters, law=wall.formula)
         self.z, self.traction, self.stiffness, self._energy = pressed
         force = self.library.put([self.pressure, 0.0])
         self._change, self.g = self.traction, self.K * self.forward(u) - xp.where(row & column, force, 0.0)
@@ -253,7 +255,7 @@ class SmoothGrid(_Descending):
             self._before = self.traction, self._energy
         before, energy_before = self._before
         given = self.z, self.d, before, self.wall.parameters, self.library.number(step)
-        self.z, self.traction, self._change, self.stiffness, means = passes.move(
+        self.z, self.traction, self._change, self.stiffness, means = passes.step_along(
             self.library, *given, law=self.wall.formula
         )
         slope, work, self._energy, size = (float(each) for each in self.library.get(means))
@@ -289,3 +291,12 @@ class SmoothGrid(_Descending):
 
     def has_tiles(self, *, below: bool = False) -> bool:
         return False
+
+    def correct(self, goal: Goal, history: list[Iteration], iterations: int, *, coarser: bool) -> None:
+        return None
+
+    def hand_down(self) -> bool:
+        return False
+
+    def relax_boxes(self, descend: Any) -> float:
+        raise NotImplementedError

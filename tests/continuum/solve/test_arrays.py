@@ -20,9 +20,9 @@ from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.solve import arrays
 from continuum.solve.arrays import laws as laws_of_arrays
-from continuum.solve.arrays.bound_grid import BoundGrid
+from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import LIBRARIES, Jax, Library, NumPy, Torch
-from continuum.solve.arrays.smooth_grid import SmoothGrid
+from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
 from continuum.solve.backend import BACK_ENDS, back_end
 from continuum.solve.non_periodic import NonPeriodicSolver
 from continuum.solve.solution import Settings, Solution, Status
@@ -77,7 +77,7 @@ def both(find: Callable[[str], Solution]) -> None:
 def test_a_law_is_that_of_compiled_code(wall: Wall, library: Library) -> None:
     law = wall.law
     gap = np.concatenate([np.linspace(-1.0, 3.0, 2000), law.parameters[1:-1], [1.0, 0.0, 50.0]]).reshape(1, -1)
-    there = laws_of_arrays.Wall.on(library, law)
+    there = laws_of_arrays.DeviceLaw.on(library, law)
     found = there.formula(library.xp, library.put(gap), there.parameters)
     for one, other in zip(found, laws.evaluate(law, gap), strict=True):
         # A few roundings of the largest of the terms that cancel.
@@ -86,7 +86,7 @@ def test_a_law_is_that_of_compiled_code(wall: Wall, library: Library) -> None:
 
 def test_every_kind_of_law_was_looked_at() -> None:
     kinds = {wall.law.kind for wall in WALLS.values()}
-    assert kinds == {*laws_of_arrays.FORMULAS, laws.INVERSE_POWERS}
+    assert kinds == {*laws.ON_ARRAYS, laws.INVERSE_POWERS}
     assert len(kinds) == 1 + max(kinds) == 4
 
 
@@ -179,9 +179,9 @@ def test_a_solve_needs_no_more_memory_than_is_reserved(bound: bool) -> None:
     tracemalloc.start()
     try:
         if bound:
-            fields, found = BoundGrid.FIELDS, solver.constrain(h, None, Settings(1e-6), pressure=0.01)
+            fields, found = ArrayBoundGrid.FIELDS, solver.constrain(h, None, Settings(1e-6), pressure=0.01)
         else:
-            fields, found = SmoothGrid.FIELDS, solver.minimise(law, h, None, Settings(1e-6), lift=2.0)
+            fields, found = ArraySmoothGrid.FIELDS, solver.minimise(law, h, None, Settings(1e-6), lift=2.0)
         peak = tracemalloc.get_traced_memory()[1] / (8 * grid.size)
     finally:
         tracemalloc.stop()

@@ -17,11 +17,11 @@ from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
-from continuum.solve import hard, smooth
+from continuum.solve import coarse, hard, smooth
 from continuum.solve.backend import back_end
-from continuum.solve.bound_grid import BoundGrid
-from continuum.solve.cpu.engine import CpuEngine
-from continuum.solve.smooth_grid import SmoothGrid
+from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
+from continuum.solve.compiled.passes import Passes
+from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid as SmoothGrid
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
 
@@ -76,8 +76,7 @@ def test_a_small_grid_in_one_call_takes_the_steps_of_its_sweeps(
     held: bool, levels: int, kind: type, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On a linear problem of 256 x 128 points, a twentieth of them in contact, with and without a coarser grid."""
-    monkeypatch.setattr(back_end("cpu"), "PRECISION", kind)
-    monkeypatch.setattr(smooth, "COARSE_REDUCTION", 1e-9)
+    monkeypatch.setattr(coarse, "COARSE_REDUCTION", 1e-9)
     grid = Grid((512, 256), (512.0, 256.0))
     K = HalfSpace("clamped").stiffness(grid)
     random = np.random.default_rng(3)
@@ -85,19 +84,18 @@ def test_a_small_grid_in_one_call_takes_the_steps_of_its_sweeps(
     contact = random.random((256, 128)) < 0.05
     found, work = [], []
     for at_once in (True, False):
-        monkeypatch.setattr(back_end("cpu"), "SMALLEST", 64)
-        made = SmoothGrid(back_end("cpu"), grid, K, 1, 2).linear
+        made = SmoothGrid(grid, K, 1, 64, kind, 2).linear
         assert made is not None
         assert made.linear is not None
         for each in made.chain:
-            each.engine.set_mean_stiffness(1.0 if held else 0.2, held=held)
-            each._levels = each._levels if at_once else ()
+            each.set_mean_stiffness(1.0 if held else 0.2, held=held)
+            each.levels = each.levels if at_once else ()
         made.g.view(np.result_type(kind, np.complex64))[:, :65] = residual_q
         made.g[0, :2] = 0.0
         made.stiffness[:, :128] = 0.5 * contact
-        assert smooth.minimise_linear(made, levels, 0.01)
+        assert made.relax(levels, 0.01, coarse.COARSE_ITERATIONS, coarse.COARSE_REDUCTION)
         found.append(made.x.view(np.result_type(kind, np.complex64))[:, :65].copy())
-        work.append([each.engine.transforms for each in made.chain])
+        work.append([each.transforms for each in made.chain])
     rounding = 10 * np.finfo(kind).eps
     np.testing.assert_allclose(found[0], found[1], atol=rounding * np.abs(found[1]).max())
     assert work[0][0] == 8
@@ -149,12 +147,12 @@ def test_a_residual_leaves_no_larger_duality_gap_than_its_scale_says(monkeypatch
 def test_a_device_that_there_is_not_is_said_and_none_is_imported_early() -> None:
     with pytest.raises(ValueError, match=r"'abacus'.*cpu"):
         solver(8, "abacus")
-    code = "import sys, continuum.solve.solver; assert 'continuum.solve.cpu' not in sys.modules"
+    code = "import sys, continuum.solve.solver; assert 'continuum.solve.compiled' not in sys.modules"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("module", [smooth, hard])
+@pytest.mark.parametrize("module", [smooth, coarse, hard])
 def test_the_mathematics_sees_scalars_only(module: ModuleType) -> None:
     """Of NumPy it uses what a scalar needs, a field without memory, and the test of six sums."""
     source = inspect.getsource(module)
@@ -238,7 +236,7 @@ def test_threads_change_no_bit_of_a_transform(shape: tuple[int, int]) -> None:
     spectrum, field = grid.forward(values), padded(shape)
     back = grid.inverse(spectrum)
     for threads in (1, 2, 3, 4):
-        passes = CpuEngine(grid, np.ones(grid.shape_q), threads)
+        passes = Passes(grid, np.ones(grid.shape_q), threads)
         passes.forward(values)
         np.testing.assert_array_equal(passes.work_q, spectrum)
         passes.inverse(field)
@@ -249,11 +247,12 @@ def test_nor_where_libraries_may_use_threads_of_their_own() -> None:
     """In an environment without OMP_NUM_THREADS, which `make test` sets: ducc0's own threads obey it, and then
     a test of threads tests one."""
     code = (
-        "import numpy as np; from continuum.model.grid import Grid; from continuum.solve.cpu.engine import CpuEngine\n"
+        "import numpy as np; from continuum.model.grid import Grid\n"
+        "from continuum.solve.compiled.passes import Passes\n"
         "values = np.random.default_rng(1).normal(size=(512, 300)); grid = Grid((512, 300), (1.0, 1.0))\n"
         "found = [grid.forward(values)]\n"
         "for threads in (1, 2, 4):\n"
-        "    passes = CpuEngine(grid, np.ones(grid.shape_q), threads); passes.forward(values)\n"
+        "    passes = Passes(grid, np.ones(grid.shape_q), threads); passes.forward(values)\n"
         "    found.append(passes.work_q)\n"
         "assert all(np.array_equal(one, found[0]) for one in found)"
     )

@@ -9,14 +9,27 @@ from typing import Any
 import pytest
 
 from continuum.model import laws
-from continuum.solve.cpu import compiled
-from continuum.solve.cpu.engine import KERNELS
+from continuum.solve.compiled import compiling as compiled
+from continuum.solve.compiled import extending, near_field, points, pressing, sweeps, tractions
+
+KERNELS: dict[str, Any] = {
+    f"{module.__name__.split('.')[-1]}.{name}": kernel
+    for module in (sweeps, points, tractions, pressing, extending, near_field)
+    for name, kernel in vars(module).items()
+    if hasattr(kernel, "py_func") and kernel.py_func.__module__ == module.__name__ and kernel._cache is not None
+    and "-" in kernel.py_func.__qualname__
+}  # fmt: skip
+"""Each compiled sweep."""
+
+
+def test_there_are_sweeps() -> None:
+    assert len(KERNELS) > 50
 
 
 @pytest.mark.parametrize("name", KERNELS)
 def test_a_sweep_calls_compiled_code_of_its_own_file_and_of_the_named_sources_only(name: str) -> None:
     """numba's cache looks at its own file; the name of that in the cache has the digest of the others."""
-    kernel: Any = KERNELS[name][0]
+    kernel = KERNELS[name]
     file = kernel._cache._impl.filename_base
     assert file.split("-")[1].startswith(compiled.digest(compiled.SOURCES)), file
     seen, todo = set(), [kernel.py_func]

@@ -17,8 +17,8 @@ from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer, Substrate
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import InversePowers, LennardJonesSpline, Wall
-from continuum.solve import corrections
-from continuum.solve.cpu import tiles as tiles_of_cpu
+from continuum.solve.compiled import corrections
+from continuum.solve.compiled import tiles as tiles_of_cpu
 from continuum.solve.solution import Closer, Settings, Solution
 from continuum.solve.solver import Solver
 

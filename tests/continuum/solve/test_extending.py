@@ -9,10 +9,9 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.substrates.substrate import Substrate
-from continuum.solve import cpu
-from continuum.solve.arrays.bound_grid import BoundGrid as ArrayBoundGrid
+from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import NumPy
-from continuum.solve.bound_grid import BoundGrid
+from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
 
 SHAPES = [(64, 64), (33, 47), (200, 72), (1, 130), (2, 9), (256, 300)]
 
@@ -21,15 +20,14 @@ def stiffened(
     grid: Grid, stiffness_q: Real, contact: Real, values: Real | None, threads: int = 1
 ) -> tuple[Real, float]:
     """M of values on the contact, or of ones, and its sum; over arrays that held something else before."""
-    bound = BoundGrid(cpu.BACK_END, grid, stiffness_q, threads)
-    engine = bound.engine
+    bound = BoundGrid(grid, stiffness_q, threads, 128)
     bound.set_problem(np.zeros(grid.shape), None, lift=0.0, sink=0.0, mean_stiffness=0.0, most=np.inf)
     bound.s[...], bound.m[...] = 7.0, 7.0
     n = grid.shape[1]
     bound.z[:, :n] = 1.0 if values is None else values
     bound.p[:, :n] = contact
     bound.select(0.0)
-    total = engine.stiffen(bound.mask, bound.s, bound.softest, None if values is None else bound.z, 0.25)
+    total = bound._stiffen(bound.s, None if values is None else bound.z, 0.25)
     return bound.s[:, :n].copy(), total
 
 

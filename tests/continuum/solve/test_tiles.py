@@ -12,14 +12,14 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine
-from continuum.solve.cpu import tiles as tiles_of_cpu
-from continuum.solve.cpu.bound import CpuBoundEngine
-from continuum.solve.cpu.near_field import SIDE
-from continuum.solve.cpu.tiles import CpuTileEngine
+from continuum.solve.compiled import tiles as tiles_of_cpu
+from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
+from continuum.solve.compiled.near_field import SIDE
+from continuum.solve.compiled.tiles import Tiles
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
 
-Spots = tuple[Grid, Real, CpuTileEngine, NDArray[np.bool_]]
+Spots = tuple[Grid, Real, Tiles, NDArray[np.bool_]]
 
 N = 512
 SETTINGS = Settings(1e-7)
@@ -35,15 +35,20 @@ def heights(grid: Grid, seed: int = 1) -> Real:
     return SelfAffine(0.8, 0.1, 16.0, min(grid.lengths) / 2).synthesise(grid, np.random.default_rng(seed))
 
 
-def tiles(K: Real, grid: Grid, marked: Real) -> CpuTileEngine:
-    """An engine of the marked tiles under a given load."""
-    whole = CpuBoundEngine(grid, K.copy(), 1)
-    whole.set_mean_stiffness(0.0, held=False)
-    z, p = whole.rows(), whole.rows()
-    p[:, : grid.shape[1]] = np.kron(marked, np.ones((SIDE, SIDE)))
-    found = whole.tiles(p, z, -1.0)
+def tiles(K: Real, grid: Grid, marked: Real) -> Tiles:
+    """The marked tiles, under a given load."""
+    whole = pressed(grid, K)
+    whole.p[:, : grid.shape[1]] = np.kron(marked, np.ones((SIDE, SIDE)))
+    found = whole.tiles(1.0, 0.0, 0.0)
     assert found is not None
-    return found
+    return found.model
+
+
+def pressed(grid: Grid, K: Real) -> BoundGrid:
+    """A grid under a given load, flat and closed."""
+    whole = BoundGrid(grid, K, 1, 128)
+    whole.set_problem(np.zeros(grid.shape), None, lift=0.0, sink=0.0, mean_stiffness=0.0, most=np.inf)
+    return whole
 
 
 @pytest.fixture
@@ -74,13 +79,11 @@ def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: Spots) -> N
 def test_a_response_that_is_not_even_has_no_tiles(small: None) -> None:
     grid = Grid.square(256)
     m, n = grid.mode_numbers
-    whole = CpuBoundEngine(grid, np.hypot(m + 0.3 * n, n) * np.pi / 256, 1)
-    whole.set_mean_stiffness(0.0, held=False)
-    p = whole.rows()
-    p[:9, :9] = 1.0
+    whole = pressed(grid, np.hypot(m + 0.3 * n, n) * np.pi / 256)
+    whole.p[:9, :9] = 1.0
     assert (split := whole.split()) is not None
     assert not split.even
-    assert whole.tiles(p, whole.rows(), -1.0) is None
+    assert whole.tiles(1.0, 0.0, 0.0) is None
 
 
 def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: Spots) -> None:

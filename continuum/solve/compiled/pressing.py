@@ -13,11 +13,11 @@ least z of each tile: one without contact is not looked at as long as its lowest
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cpu.compiled import TILE, Marks, Mask, compiled
+from continuum.solve.compiled.compiling import TILE, Field, Marks, Mask, compiled
 
 
 @compiled
-def _level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real, most: float, n: int, touched: Marks) -> None:
+def level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real, most: float, n: int, touched: Marks) -> None:
     """Where p presses, less than it may; sums: of m z, of m."""
     mz = in_m = 0.0
     for i in range(start, stop):
@@ -35,7 +35,7 @@ def _level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real, most: f
 
 
 @compiled
-def _select(
+def select(
     start: int,
     stop: int,
     sums: Real,
@@ -82,7 +82,7 @@ def _select(
 
 
 @compiled
-def _ones(start: int, stop: int, sums: Real, mask: Mask, m: Real, n: int, touched: Marks) -> None:
+def ones(start: int, stop: int, sums: Real, mask: Mask, m: Real, n: int, touched: Marks) -> None:
     """Set m <- 1 on the contact, 0 off it."""
     for i in range(start, stop):
         for tile in range(touched.shape[1]):
@@ -95,7 +95,7 @@ def _ones(start: int, stop: int, sums: Real, mask: Mask, m: Real, n: int, touche
 
 
 @compiled
-def _stiffness(first: int, last: int, sums: Real, work: Real, K: Real, least: float) -> None:
+def stiffness(first: int, last: int, sums: Real, work: Field, K: Field, least: float) -> None:
     """Spectrum work <- K work, but for the mean: ``least`` times it."""
     for i in range(K.shape[0]):
         wi, ki = work[i, 2 * first : 2 * last], K[i, first:last]
@@ -106,7 +106,7 @@ def _stiffness(first: int, last: int, sums: Real, work: Real, K: Real, least: fl
 
 
 @compiled
-def _correct(
+def correct(
     start: int,
     stop: int,
     sums: Real,
@@ -152,7 +152,7 @@ def _correct(
 
 
 @compiled
-def _turn_on_contact(
+def turn_on_contact(
     start: int,
     stop: int,
     sums: Real,
@@ -184,7 +184,7 @@ def _turn_on_contact(
 
 
 @compiled
-def _compliance(first: int, last: int, sums: Real, work: Real, G: Real, weights: Real) -> None:
+def compliance(first: int, last: int, sums: Real, work: Real, G: Real, weights: Real) -> None:
     """Spectrum work <- G work; sums: <work, G work> as a mean over the grid."""
     total = 0.0
     weight = weights[first:last]
@@ -199,7 +199,7 @@ def _compliance(first: int, last: int, sums: Real, work: Real, G: Real, weights:
 
 
 @compiled
-def _total(start: int, stop: int, sums: Real, values: Real, n: int, touched: Marks) -> None:
+def total_pressure(start: int, stop: int, sums: Real, values: Real, n: int, touched: Marks) -> None:
     """sums: of values, zero where nothing is touched."""
     total = 0.0
     for i in range(start, stop):
@@ -213,7 +213,7 @@ def _total(start: int, stop: int, sums: Real, values: Real, n: int, touched: Mar
 
 
 @compiled
-def _trial(
+def trial(
     start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out: Real, most: float, n: int, touched: Marks
 ) -> None:
     """Pressure out <- p - step t, cut at 0 and ``most``; sums: of what was cut (negative), of p - step t, of out."""
@@ -237,7 +237,7 @@ def _trial(
 
 
 @compiled
-def _stretch(
+def stretch(
     start: int, stop: int, sums: Real, p: Real, factor: float, out: Real, most: float, n: int, touched: Marks
 ) -> None:
     """Pressure out <- factor p, at most ``most``, which it stays where it is; sums: of out."""
@@ -256,7 +256,7 @@ def _stretch(
 
 
 @compiled
-def _advance(start: int, stop: int, sums: Real, z: Real, step: float, out: Real, n: int, lowest: Real) -> None:
+def advance(start: int, stop: int, sums: Real, z: Real, step: float, out: Real, n: int, lowest: Real) -> None:
     """After a free step, out holding G t: out <- -step G t, the change of z; z <- z + out."""
     for i in range(start, stop):
         for tile in range(lowest.shape[1]):
@@ -273,7 +273,7 @@ def _advance(start: int, stop: int, sums: Real, z: Real, step: float, out: Real,
 
 
 @compiled
-def _arrive(
+def arrive(
     start: int, stop: int, sums: Real, p: Real, offset: Real, out: Real, n: int, touched: Marks, lowest: Real
 ) -> None:
     """Gap out <- out + offset, out holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
@@ -299,7 +299,7 @@ def _arrive(
 
 
 @compiled
-def _accept(start: int, stop: int, sums: Real, z: Real, new: Real, n: int) -> None:
+def accept(start: int, stop: int, sums: Real, z: Real, new: Real, n: int) -> None:
     """Set z <- new and new <- the change of z."""
     for i in range(start, stop):
         zi, there = z[i, :n], new[i, :n]
@@ -310,7 +310,7 @@ def _accept(start: int, stop: int, sums: Real, z: Real, new: Real, n: int) -> No
 
 
 @compiled
-def _misses(
+def misses(
     start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, out: Real, most: float, n: int, worst: Real
 ) -> None:
     """Set out <- what closing the contact and lifting the overlaps adds to u; worst <- the largest of each row."""
@@ -325,7 +325,7 @@ def _misses(
 
 
 @compiled
-def _missed(first: int, last: int, sums: Real, work: Real, K: Real, weights: Real) -> None:
+def missed(first: int, last: int, sums: Real, work: Real, K: Real, weights: Real) -> None:
     """sums: |K work|² as a mean over the grid."""
     total = 0.0
     weight = weights[first:last]
@@ -338,7 +338,7 @@ def _missed(first: int, last: int, sums: Real, work: Real, K: Real, weights: Rea
 
 
 @compiled
-def _above(start: int, stop: int, sums: Real, p: Real, z: Real, least: float, n: int, touched: Marks) -> None:
+def work_above(start: int, stop: int, sums: Real, p: Real, z: Real, least: float, n: int, touched: Marks) -> None:
     """sums: of p (z - least), of p."""
     work = total = 0.0
     for i in range(start, stop):
@@ -355,7 +355,7 @@ def _above(start: int, stop: int, sums: Real, p: Real, z: Real, least: float, n:
 
 
 @compiled
-def _finish(
+def finish(
     start: int, stop: int, sums: Real, p: Real, z: Real, by: float, smallest: float, most: float, n: int
 ) -> None:
     """Gap z <- z + by, exactly zero where p presses, negative where the wall gives way, and positive elsewhere."""
@@ -370,7 +370,7 @@ def _finish(
 
 
 @compiled
-def _spread(start: int, stop: int, sums: Real, coarse: Real, fine: Real, n: int) -> None:
+def spread(start: int, stop: int, sums: Real, coarse: Real, fine: Real, n: int) -> None:
     """Pressure of the grid of every second point onto the finer one, bilinearly; sums: of it."""
     rows, columns = coarse.shape[0], n // 2
     for i in range(start, stop):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numba import njit
@@ -26,6 +26,8 @@ TILE = 64
 
 Single = NDArray[np.float32]
 """A field in single precision."""
+Field = NDArray[Any]
+"""A field or spectrum in double precision or, of a linear problem, in single."""
 Mask = NDArray[np.bool_]
 """Which tiles are near the wall, one row per row of points; or which points are in contact."""
 Marks = NDArray[np.uint8]

@@ -1,6 +1,6 @@
-"""The engine of processor cores: arrays with padded rows, sweeps in blocks, and what was done.
+"""Passes over the arrays of one grid on processor cores: in padded rows, by blocks, with transforms and threads.
 
-A sweep goes over fixed blocks of rows or columns, of which each has one thread; their sums are added in the order of
+A pass goes over fixed blocks of rows or columns, of which each has one thread; their sums are added in the order of
 the blocks.  So the number of threads changes no bit of a result.  The half of a Fourier transform that runs along the
 rows or columns of a block is done while the block is in the cache, together with the sweep that makes or uses the
 values.
@@ -8,15 +8,16 @@ values.
 
 from __future__ import annotations
 
-import inspect
 import os
 import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from math import prod
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuum.model import fourier
 from continuum.model.fourier import (
@@ -31,61 +32,57 @@ from continuum.model.fourier import (
 )
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import low_part, reused
-from continuum.solve.cpu import extending, near_field, points, pressing, sweeps, tractions
-from continuum.solve.cpu.compiled import SUMS, TILE
+from continuum.solve import backend
+from continuum.solve.compiled import points, sweeps
+from continuum.solve.compiled.compiling import SUMS, TILE, Field, Mask, Single
 from continuum.solve.solution import Work
 
 NEAR = 0.5
 """Points within this distance of the range of the law are near the wall, in a0: the line search asks these alone."""
-KERNELS: dict[str, tuple[Callable[..., None], tuple[str, ...]]] = {
-    name.removeprefix("_"): (kernel, names)
-    for module in (sweeps, points, tractions, pressing, extending, near_field)
-    for name, kernel in vars(module).items()
-    if hasattr(kernel, "py_func") and "sums" in (names := tuple(inspect.signature(kernel.py_func).parameters))
-}
-"""Each compiled sweep and the names of its parameters: the block, its sums, and what the sweep asks for."""
+Sweep = Callable[[int, int, Real], None]
+"""A function of the block ``first:last``, which writes its sums: six numbers."""
+Buffered = Callable[[int, int, Real, Real], None]
+"""The same, which makes or uses rows that are transformed: the last argument."""
 Task = Callable[[int, int, Real], float | None]
-"""A function of the block ``first:last``: writes its sums, returns the seconds it took in transforms."""
+"""A sweep that returns the seconds it took in transforms."""
 _WORTH_THREADS = 2**17  # points; smaller grids are not worth the start of threads
 
 
-class CpuEngine:
-    """What :class:`continuum.solve.backend.Engine` asks for, with threads that sleep between the sweeps.
+class Passes:
+    """The arrays of one grid, and sweeps over them, with threads that sleep between.
+
+    A transform goes by way of one spectrum, ``w``: a field is made by :meth:`into`, :meth:`spectral` goes over the
+    modes, :meth:`out_of` uses the field that was transformed back.  Each pass returns six sums.
 
     Parameters
     ----------
     grid : gives the shape.
     K : over the half spectrum, shape ``grid.shape_q``; owned from now on, since K at q = 0 is that of each problem.
         All arrays have its precision.
-    threads : of a sweep.
+    threads : of a pass.
     below : the next coarser grid, whose modes are swept apart.
     """
 
-    KEEPS_FIELDS = False
+    law: Law
 
     def __init__(self, grid: Grid, K: Real, threads: int, below: Grid | None = None) -> None:
         self.grid, self.size, self.n = grid, grid.size, grid.shape[1]
         self.K, self._kind = K, K.dtype
         self.work_q: Complex = padded(grid.shape_q, np.result_type(K.dtype, np.complex64))
         self.w = memory(self.work_q)
+        """The spectrum that is transformed, real and imaginary parts in turn."""
+        self.weights = np.ascontiguousarray(grid.mode_weights[0], dtype=K.dtype)
         self.threads = threads if grid.size >= _WORTH_THREADS else 1
         self.row_edges = block_edges(grid.shape[0], grid.size)
         self.column_edges = block_edges(grid.shape_q[1], grid.size)
-        self.low_part = low_part(K, below)
-        low_columns = self.low_part["low_columns"]
-        high = block_edges(grid.shape_q[1] - low_columns, grid.size)
-        self.low_edges, self.high_edges = block_edges(low_columns, grid.size), [low_columns + e for e in high]
-        self.near = np.zeros((grid.shape[0], -(-self.n // TILE)), dtype=np.bool_)
-        self._own: dict[str, object] = {
-            "n": self.n,
-            "K": K,
-            "work": self.w,
-            "weights": np.ascontiguousarray(grid.mode_weights[0], dtype=K.dtype),
-            "near": self.near,
-            **self.low_part,
-        }
-        self._held = False
+        rows, columns = (fourier.low_rows(below.shape_q[0]), below.shape_q[1] - 1) if below else (0, 0)
+        self.low_part = rows, columns, backend.SHORT_WAVES * float(K[:, 1:].max()) if below else 0.0
+        """Rows and columns of the modes of the coarser grid; and c0 for the others, beside a step of that grid."""
+        self.low_edges = block_edges(columns, grid.size)
+        self.high_edges = [columns + e for e in block_edges(grid.shape_q[1] - columns, grid.size)]
+        self.near: Mask = np.zeros((grid.shape[0], -(-self.n // TILE)), dtype=np.bool_)
+        self.held = False
+        """Whether the mean is: then its mode vanishes after each forward transform in a sweep."""
         self._thread = threading.local()
         self._pool: tuple[int, ThreadPoolExecutor] | None = None
         self.transforms, self.trials, self.fft_seconds = 0, 0, 0.0
@@ -95,106 +92,82 @@ class CpuEngine:
         self.transforms, self.trials, self.fft_seconds = 0, 0, 0.0
 
     @property
-    def work(self) -> Work:
+    def own_work(self) -> Work:
         """What was done on this grid for the problem at hand."""
         return Work(self.grid.shape, self.transforms / 2, self.trials, self.fft_seconds)
 
-    # --- the problem ---------------------------------------------------------------------------------------
-
-    def set_law(self, law: Law) -> None:
-        self._own |= {"kind": law.kind, "parameters": law.parameters, "reach": law.reach, "near_gap": law.reach + NEAR}
-
     def set_mean_stiffness(self, stiffness: float, *, held: bool) -> None:
-        self.K[0, 0], self._held = stiffness, held
+        """Set K at q = 0."""
+        self.K[0, 0], self.held = stiffness, held
 
-    # --- arrays --------------------------------------------------------------------------------------------
+    # --- arrays ------------------------------------------------------------------------------------------------
 
     def rows(self) -> Real:
+        """Memory of a field, with padded rows."""
         return memory(padded(self.grid.shape, self._kind))
 
-    def single_rows(self) -> Real:
-        return memory(padded(self.grid.shape, np.float32))
+    def single_rows(self) -> Single:
+        """The same in single precision."""
+        values: Single = padded(self.grid.shape, np.float32)
+        assert values.base is not None
+        return values.base
 
     def spectrum(self) -> Real:
+        """Memory of a half spectrum."""
         return memory(padded(self.grid.shape_q, self.work_q.dtype))
 
-    def hold(self, values: Real, kept: Real | None) -> Real | None:
-        # A sum is finite only if all its terms are, and needs no memory.
-        return np.ascontiguousarray(values) if np.isfinite(values.sum()) else None
+    def sample(self, fine: Any, coarse: Any) -> None:
+        """Set a field of this grid to every second point of that of the finer one."""
+        self.sweep(lambda a, b, sums: points.sampled(a, b, sums, fine, coarse, self.n))
 
-    def upload(self, field: Real, values: Real) -> bool:
-        field[:, : self.n] = values
-        return bool(np.isfinite(values.sum()))
+    def restrict_q(self, spectrum: Real, coarse: Real, size: float = 1.0) -> None:
+        """Set a spectrum of the coarser grid to the modes of this one's over ``size``, without Nyquist modes."""
+        rows, columns, _ = self.low_part
+        self.low(lambda a, b, sums: sweeps.restrict_modes(a, b, sums, spectrum, coarse, rows, columns, size))
 
-    def download(self, field: Real) -> Real:
-        return field[:, : self.n]
+    # --- passes ------------------------------------------------------------------------------------------------
 
-    def fill(self, values: Real, number: float) -> None:
-        values[...] = number
+    def sweep(self, sweep: Sweep) -> Real:
+        """Over the rows, without a transform."""
+        return self.over(sweep, self.row_edges)
 
-    def shift(self, field: Real, by: float) -> None:
-        field[:, : self.n] += by
-
-    def reflect(self, field: Real, offset: Real, lift: float) -> None:
-        points = field[:, : self.n]
-        np.subtract(offset, points, out=points)
-        points += lift
-
-    def set_mean(self, mean: float) -> None:
-        self.work_q[0, 0] = mean
-
-    def sample(self, fine: Real, coarse: Real) -> None:
-        self.sweep("sampled", fine=fine, out=coarse)
-
-    def restrict(self, spectrum: Real, below: CpuEngine, coarse: Real, size: float = 1.0) -> None:
-        self.low("restrict", g=spectrum, coarse=coarse, size=size)
-
-    def prolong(self, below: CpuEngine) -> None:
-        fourier.prolong(below.work_q, self.work_q)
-
-    # --- sweeps --------------------------------------------------------------------------------------------
-
-    def sweep(self, name: str, **given: Any) -> Real:
-        kernel, arguments = self._bound(name, 3, given)
-        return self.rows_of(kernel, *arguments)
-
-    def into(self, name: str, **given: Any) -> Real:
+    def into(self, sweep: Buffered) -> Real:
+        """A field is made that is going to be transformed: half a forward transform follows."""
         self.transforms += 1
-        kernel, arguments = self._bound(name, 4, given)
 
         def task(first: int, last: int, sums: Real) -> float:
             buffer = self._buffer(last - first)
-            kernel(first, last, sums, buffer, *arguments)
+            sweep(first, last, sums, buffer)
             began = time.perf_counter()
             rows_forward(buffer[:, : self.n], self.work_q[first:last])
             return time.perf_counter() - began
 
         return self.over(task, self.row_edges)
 
-    def out_of(self, name: str, **given: Any) -> Real:
+    def out_of(self, sweep: Buffered) -> Real:
+        """A field that was transformed back is used."""
         self.transforms += 1
-        kernel, arguments = self._bound(name, 4, given)
 
         def task(first: int, last: int, sums: Real) -> float:
             buffer = self._buffer(last - first)
             began = time.perf_counter()
             rows_inverse(self.work_q[first:last], buffer[:, : self.n])
             seconds = time.perf_counter() - began
-            kernel(first, last, sums, buffer, *arguments)
+            sweep(first, last, sums, buffer)
             return seconds
 
         return self.over(task, self.row_edges)
 
-    def through(self, name: str, **given: Any) -> Real:
+    def through(self, sweep: Buffered) -> Real:
+        """A field that was transformed back is used, and transformed forward again."""
         self.transforms += 2
-        kernel, arguments = self._bound(name, 4, given)
 
         def task(first: int, last: int, sums: Real) -> float:
             buffer = self._buffer(last - first)
             began = time.perf_counter()
             rows_inverse(self.work_q[first:last], buffer[:, : self.n])
             middle = time.perf_counter()
-            kernel(first, last, sums, buffer, *arguments)
+            sweep(first, last, sums, buffer)
             swept = time.perf_counter()
             rows_forward(buffer[:, : self.n], self.work_q[first:last])
             return time.perf_counter() - swept + middle - began
@@ -202,43 +175,41 @@ class CpuEngine:
         return self.over(task, self.row_edges)
 
     def spectral(
-        self, name: str = "", *, forward: bool = False, inverse: bool = False, keep_low: bool = False, **given: Any
+        self, sweep: Sweep | None = None, *, forward: bool = False, inverse: bool = False, keep_low: bool = False
     ) -> Real:
+        """Over the modes, after the other half of a forward transform and before half an inverse one.
+
+        With ``keep_low`` the modes of the coarser grid are not transformed back yet: :meth:`low` does so.
+        """
         if not keep_low:
-            return self._columns(self.column_edges, name, forward, inverse, given)
-        sums = self._columns(self.low_edges, name, forward, False, given)
-        sums += self._columns(self.high_edges, name, forward, inverse, given)
+            return self._columns(self.column_edges, sweep, forward, inverse)
+        sums = self._columns(self.low_edges, sweep, forward, False)
+        sums += self._columns(self.high_edges, sweep, forward, inverse)
         return sums
 
-    def low(self, name: str, *, inverse: bool = False, **given: Any) -> Real:
-        return self._columns(self.low_edges, name, False, inverse, given)
+    def low(self, sweep: Sweep, *, inverse: bool = False) -> Real:
+        """Over the modes of the coarser grid."""
+        return self._columns(self.low_edges, sweep, False, inverse)
 
-    def _columns(self, edges: Sequence[int], name: str, forward: bool, inverse: bool, given: dict[str, Any]) -> Real:
-        """Sweep over the columns between the edges, after and before a transform of ``work_q`` along them."""
-        kernel, arguments = self._bound(name, 3, given) if name else (None, [])
+    def _columns(self, edges: Sequence[int], sweep: Sweep | None, forward: bool, inverse: bool) -> Real:
+        """Over the columns between the edges, after and before a transform of ``work_q`` along them."""
 
         def task(first: int, last: int, sums: Real) -> float:
             block = self.work_q[:, first:last]
             began = time.perf_counter()
             if forward:
                 columns_forward(block)
-                if self._held and first == 0:
+                if self.held and first == 0:
                     block[0, 0] = 0.0
             middle = time.perf_counter()
-            if kernel is not None:
-                kernel(first, last, sums, *arguments)
+            if sweep is not None:
+                sweep(first, last, sums)
             swept = time.perf_counter()
             if inverse:
                 columns_inverse(block)
             return time.perf_counter() - swept + middle - began
 
         return self.over(task, edges)
-
-    def _bound(self, name: str, first: int, given: dict[str, Any]) -> tuple[Callable[..., None], list[object]]:
-        """A sweep and its arguments after the first ones: those given, else what the engine has of that name."""
-        kernel, names = KERNELS[name]
-        own = self._own
-        return kernel, [given[key] if key in given else own[key] for key in names[first:]]
 
     def _buffer(self, rows: int) -> Real:
         """Rows of a field, padded, for the thread that asks."""
@@ -280,23 +251,21 @@ class CpuEngine:
                 share.result()
 
     def _workers(self) -> ThreadPoolExecutor:
-        """The threads of this engine; a forked process, in which they do not live on, starts its own."""
+        """The threads of this grid; a forked process, in which they do not live on, starts its own."""
         if self._pool is None or self._pool[0] != os.getpid():
             self._pool = os.getpid(), ThreadPoolExecutor(self.threads)
         return self._pool[1]
 
-    def rows_of(self, kernel: Callable[..., None], *arguments: object) -> Real:
-        """Sweep over the rows."""
-        return self.over(lambda a, b, sums: kernel(a, b, sums, *arguments), self.row_edges)
-
     # --- whole fields --------------------------------------------------------------------------------------
 
-    def forward(self, values: Real) -> None:
+    def forward(self, values: Field) -> None:
+        """Transform a field into ``w``; not counted."""
         points = values[:, : self.n]
         self._transform(lambda a, b: rows_forward(points[a:b], self.work_q[a:b]), self.row_edges)
         self._transform(lambda a, b: columns_forward(self.work_q[:, a:b]), self.column_edges)
 
-    def inverse(self, out: Real) -> None:
+    def inverse(self, out: Field) -> None:
+        """Transform ``w`` back into a field; not counted."""
         points = out[:, : self.n]
         self._transform(lambda a, b: columns_inverse(self.work_q[:, a:b]), self.column_edges)
         self._transform(lambda a, b: rows_inverse(self.work_q[a:b], points[a:b]), self.row_edges)
@@ -309,7 +278,8 @@ class CpuEngine:
 
         self.over(task, edges)
 
-    def elastic_energy(self, offset: Real, gap: Real, one: Real, other: Real) -> float:
+    def elastic_energy_in(self, one: Real, other: Real, offset: Real, gap: Real) -> float:
+        """½ <u K u> of u = offset - gap without its mean, in the memory of two arrays that are not in use."""
         field = reused(whole_rows(one), *self.grid.shape)
         np.subtract(offset, gap, out=field)
         self.forward(field)
@@ -336,3 +306,8 @@ def memory(values: Real | Complex) -> Real:
 def whole_rows(values: Real) -> Real:
     """The same of an array that may have padded rows or not."""
     return values if values.flags.c_contiguous else memory(values)
+
+
+def reused(whole: NDArray[Any], *shape: int) -> NDArray[Any]:
+    """Memory that is not in use, as an array of this shape."""
+    return whole.ravel()[: prod(shape)].reshape(shape)

@@ -1,5 +1,5 @@
-"""The engine of a model of the response on tiles: the bound-constrained solver runs on them as on a whole grid, and
-the smooth one solves there what only the points near the wall decide (:mod:`continuum.solve.corrections`).
+"""A model of the response on tiles: the bound-constrained solver runs on them as on a whole grid, and the smooth one
+solves there what only the points near the wall decide (:mod:`continuum.solve.compiled.corrections`).
 
 G = 1/K is split into what is smooth and what is short.  The smooth part, G times a Gaussian of a few points, goes by
 way of the grid of every fourth point and cubic B-splines.  The rest hardly reaches farther than fifteen points: it is
@@ -12,7 +12,6 @@ its hats.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,10 +19,11 @@ import numpy as np
 from continuum.model.fourier import Real, block_edges, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law, evaluate
-from continuum.solve.backend import SPREAD, Array
-from continuum.solve.cpu.compiled import SUMS, Index, Mask, Single
-from continuum.solve.cpu.engine import CpuEngine, Task
-from continuum.solve.cpu.near_field import RATIO, REACHED, SIDE, cubic_spline, weights, width
+from continuum.solve.backend import SPREAD
+from continuum.solve.compiled import near_field, pressing
+from continuum.solve.compiled.compiling import SUMS, Field, Index, Mask, Single
+from continuum.solve.compiled.near_field import RATIO, REACHED, SIDE, cubic_spline, weights, width
+from continuum.solve.compiled.passes import Passes, Sweep
 from continuum.solve.solution import Work
 
 REACH, STIFF_REACH = 15, 7
@@ -48,27 +48,27 @@ class Split:
     On a wall that is not infinitely stiff, K and the wall lie in series: that of the preconditioner is K/(1 + K/k).
     """
 
-    def __init__(self, engine: CpuEngine, coarse: Grid, wall: float = np.inf) -> None:
+    def __init__(self, whole: Passes, coarse: Grid, wall: float = np.inf) -> None:
         self.wall = wall
-        self.far = CpuEngine(coarse, np.zeros(coarse.shape_q, np.float32), engine.threads)
-        K = cut(engine.K, coarse.shape_q)
+        self.far = Passes(coarse, np.zeros(coarse.shape_q, np.float32), whole.threads)
+        K = cut(whole.K, coarse.shape_q)
         K[0, 0] = 0.0
         self.G_far = _far(_inverse(K), coarse.shape, SMOOTH)
         self.K_far = _far(K / (1 + K / wall), coarse.shape, STIFF_SMOOTH)
-        rows, columns = (n // BOX for n in engine.grid.shape)
-        box = _whole(engine.K[::rows, ::columns][:, : BOX // 2 + 1])
+        rows, columns = (n // BOX for n in whole.grid.shape)
+        box = _whole(whole.K[::rows, ::columns][:, : BOX // 2 + 1])
         self.G_near, even = _near(_inverse(box), SMOOTH, REACH)
         self.K_near, also = _near(box / (1 + box / wall), STIFF_SMOOTH, STIFF_REACH)
         self.even = even and also
         """Whether the near fields are even along x, as their sweep takes them to be."""
-        self.softest = float(engine.K.ravel()[1:].min())
+        self.softest = float(whole.K.ravel()[1:].min())
         """K of the softest wave."""
         self.field, self.share, self.smooth, self.back = (self.far.single_rows() for _ in range(4))
         self.spline = weights()
         self._kept: dict[str, Any] = {}
 
     def memory(self, name: str, count: int, side: tuple[int, int]) -> Single:
-        """Memory for so many tiles, kept from one engine to the next."""
+        """Memory for so many tiles, kept from one set of tiles to the next."""
         if name not in self._kept or len(self._kept[name]) < count:
             self._kept[name] = np.empty((count + count // 8, *side), np.float32)
         kept: Single = self._kept[name][:count]
@@ -137,8 +137,8 @@ def _near(values: Real, smooth: float, reach: int) -> tuple[Single, bool]:
     return rows, bool(even)
 
 
-class TiledEngine(CpuEngine):
-    """The engine of a grid that may have tiles; what is done on their coarse grid counts as its own work."""
+class TilePasses(Passes):
+    """A grid that may have tiles; what is done on their coarse grid counts as its own work."""
 
     _split: Split | None = None
     _wall = np.nan
@@ -153,19 +153,22 @@ class TiledEngine(CpuEngine):
             self._split = Split(self, coarse, wall) if self._fits and coarse is not None else None
         return self._split
 
-    def near_wall(self, f: Real, z: Real, law: Law) -> CpuTileEngine | None:
+    def near_wall(self, f: Real, z: Real, law: Law) -> Tiles | None:
+        """The tiles where f is, or z in reach of a law; None where that does not pay."""
         marked = _with_any((z[:, : self.n] < law.reach + MARGIN) | (f[:, : self.n] != 0))
         split = self._on(law, marked)
         if split is None:
             return None
-        split.G_far[0, 0] = 0.0 if self._held else 1.0 / self.K[0, 0]
-        return CpuTileEngine(self, split, marked)
+        split.G_far[0, 0] = 0.0 if self.held else 1.0 / self.K[0, 0]
+        return Tiles(self, split, marked)
 
-    def has_tiles(self, engine: CpuEngine, z: Real, law: Law) -> bool:
-        side = SIDE * engine.n // self.n
-        return self._fits and self._on(law, _with_any(z[:, : engine.n] < law.reach + MARGIN, side)) is not None
+    def pay_near(self, z: Real, law: Law) -> bool:
+        """Whether tiles near a wall pay, by a gap on this or the next coarser grid."""
+        side = SIDE * z.shape[1] // self.n
+        return self._fits and self._on(law, _with_any(z < law.reach + MARGIN, side)) is not None
 
     def forget_tiles(self) -> None:
+        """Give the memory of tiles back that is kept from one to the next."""
         if self._split is not None:
             self._split.forget()
 
@@ -179,15 +182,15 @@ class TiledEngine(CpuEngine):
 
     def _on(self, law: Law, marked: Mask) -> Split | None:
         """The response on these tiles of a wall; None where they do not pay, or there is none."""
-        if not self.pays(marked, MOST_SMOOTH) or not (self._held or self.K[0, 0] > 0):
+        if not self.pays(marked, MOST_SMOOTH) or not (self.held or self.K[0, 0] > 0):
             return None
         wall = _stiffness(law)
         split = self.split(wall) if wall > 0 else None
         return split if split is not None and split.even and split.softest > 0 else None
 
     @property
-    def work(self) -> Work:
-        own, split = super().work, self._split
+    def own_work(self) -> Work:
+        own, split = super().own_work, self._split
         if split is None:
             return own
         return own._replace(
@@ -201,51 +204,39 @@ class TiledEngine(CpuEngine):
             self._split.far.forget_work()
 
 
-class CpuTileEngine(CpuEngine):
-    """What the solvers ask of an engine, for the points of some tiles, one below the other.
+class Tiles:
+    """The points of some tiles, one below the other, and a model of the response there.
 
     Parameters
     ----------
-    whole : the engine of the grid, whose threads it uses.
-    near : the split response.
+    whole : the passes of the grid, whose threads are used.
+    split : the split response.
     marked : which tiles, shape (nx, ny)/SIDE.
     """
 
-    def __init__(self, whole: CpuEngine, near: Split, marked: Mask) -> None:
-        # Nothing of a grid: no K, no spectrum.
-        self.split, self.places = near, np.argwhere(marked)
+    def __init__(self, whole: Passes, split: Split, marked: Mask) -> None:
+        self.split, self.places = split, np.argwhere(marked)
         count = len(self.places)
         self.slots: Index = np.full(marked.shape, -1, dtype=np.int64)
         self.slots[marked] = np.arange(count)
-        self.whole, self.size, self.n = whole, whole.size, SIDE
-        self.shape = count * SIDE, SIDE
+        self.whole, self.shape = whole, (count * SIDE, SIDE)
         self.row_edges, self.tile_edges = (block_edges(each, count * SIDE**2) for each in (count * SIDE, count))
-        self.touched = np.full((count * SIDE, 1), 2, dtype=np.uint8)
-        self.lowest = np.full((count * SIDE, 1), -np.inf)
-        self._own = {"n": SIDE, "most": np.inf, "touched": self.touched, "lowest": self.lowest}
-        self._own |= {"tiles": self.places, "slots": self.slots, "spline": near.spline}
-        self.trials = 0
         around = [(SIDE + 2 * r - 2, SIDE - 4 + width(r)) for r in (REACH, STIFF_REACH)]
-        self.own, self.stiff = near.memory("G", count, around[0]), near.memory("K", count, around[1])
-        self.corners = near.memory("corners", count, (REACHED, REACHED))
-        self.answer, self.beside = (near.memory(name, count, (SIDE, SIDE)).reshape(self.shape) for name in ("a", "b"))
-        self.some = np.zeros(count, dtype=np.bool_)
+        self.own, self.stiff = split.memory("G", count, around[0]), split.memory("K", count, around[1])
+        self.corners = split.memory("corners", count, (REACHED, REACHED))
+        self.answer, self.beside = (split.memory(name, count, (SIDE, SIDE)).reshape(self.shape) for name in ("a", "b"))
+        self.some: Mask = np.zeros(count, dtype=np.bool_)
         self.spare, self.shared = self.field(), self.mask()
 
-    # --- arrays --------------------------------------------------------------------------------------------
+    # --- arrays ------------------------------------------------------------------------------------------------
 
     def field(self) -> Real:
+        """A field of zeros."""
         return np.zeros(self.shape)
 
     def mask(self) -> Mask:
+        """Marks of points, none set."""
         return np.zeros(self.shape, dtype=np.bool_)
-
-    def fill(self, values: Real, number: float) -> None:
-        values[...] = number
-        self.touched[...] = 2
-
-    def scale(self, field: Real, factor: float) -> None:
-        self.sweep("stretch", p=field, factor=factor, out=field)
 
     def gather(self, whole: Real) -> Real:
         """The tiles of a field of the whole grid."""
@@ -260,41 +251,41 @@ class CpuTileEngine(CpuEngine):
         blocks = whole[: nx * SIDE, : ny * SIDE].reshape(nx, SIDE, ny, SIDE)
         blocks[self.places[:, 0], :, self.places[:, 1]] = values.reshape(-1, SIDE, SIDE)
 
-    def over(self, task: Task, edges: Sequence[int]) -> Real:
-        return self.whole.over(task, edges)
+    def sweep(self, sweep: Sweep) -> Real:
+        """Over the rows of the tiles."""
+        return self.whole.over(sweep, self.row_edges)
 
-    # --- the model of the response -------------------------------------------------------------------------
+    def _each(self, sweep: Sweep) -> Real:
+        """Over the tiles."""
+        return self.whole.over(sweep, self.tile_edges)
 
-    def _tiles(self, name: str, **given: Any) -> Real:
-        """A sweep over the tiles."""
-        kernel, arguments = self._bound(name, 3, given)
-        return self.over(lambda a, b, sums: kernel(a, b, sums, *arguments), self.tile_edges)
+    # --- the model of the response -----------------------------------------------------------------------------
 
-    def _down(self, values: Array, onto: Array) -> None:
+    def _down(self, values: Real, onto: Single) -> None:
         """Values to the coarse grid."""
-        nx, ny = self.split.far.grid.shape
-        self._tiles("to_coarse", values=values, own=self.corners)
-        kernel, arguments = self._bound("add_coarse", 3, {"own": self.corners, "rows": nx, "columns": ny, "out": onto})
-        kernel(0, len(self.places), np.zeros(SUMS), *arguments)
+        (nx, ny), spline, corners = self.split.far.grid.shape, self.split.spline, self.corners
+        self._each(lambda a, b, sums: near_field.to_coarse(a, b, sums, values, spline, corners))
+        near_field.add_coarse(0, len(self.places), np.zeros(SUMS), corners, self.places, self.slots, nx, ny, onto)
 
-    def _up(self, coarse: Array, out: Array) -> None:
+    def _up(self, coarse: Single, out: Single) -> None:
         """Add what the coarse grid has."""
-        nx, ny = self.split.far.grid.shape
-        self._tiles("from_coarse", values=coarse, rows=nx, columns=ny, out=out)
+        onto = self.places, self.slots, *self.split.far.grid.shape, self.split.spline, out
+        self._each(lambda a, b, sums: near_field.from_coarse(a, b, sums, coarse, *onto))
 
-    def _respond(self, field: Array, response: Single) -> Array:
+    def _respond(self, field: Single, response: Single) -> Single:
         """A response on the coarse grid."""
-        far, back = self.split.far, self.split.back
+        far, back, least = self.split.far, self.split.back, response[0, 0]
         far.forward(field)
-        far.spectral("stiffness", K=response, least=response[0, 0])
+        far.spectral(lambda a, b, sums: pressing.stiffness(a, b, sums, far.w, response, least))
         far.inverse(back)
         far.transforms += 2
         return back
 
     def _sum_near(self, values: Real, kernel: Single, reach: int, own: Single, out: Single) -> None:
-        near = {"own": own, "some": self.some, "reach": reach}
-        self._tiles("near_field", values=values, kernel=kernel, columns=width(reach), **near)
-        self._tiles("gather_near", out=out, **near)
+        columns, some = width(reach), self.some
+        self._each(lambda a, b, sums: near_field.near_field(a, b, sums, values, kernel, reach, columns, own, some))
+        where = self.places, self.slots, out
+        self._each(lambda a, b, sums: near_field.gather_near(a, b, sums, own, some, reach, *where))
 
     def comply_with(self, values: Real, out: Single) -> Single:
         """Set out <- G times values."""
@@ -305,78 +296,49 @@ class CpuTileEngine(CpuEngine):
         return out
 
     def stiffen(self, mask: Mask, out: Real, least: float, z: Real | None = None, shift: float = 0.0) -> float:
+        """Set out <- M f on the contact, 0 off it, of f = z + shift, or 1 without z; returns its sum.
+
+        M = Eᵀ K E, with ``least`` for K at q = 0.
+        """
         # With R to the coarse grid and P from it, and D for share: S = P D R f is smooth, c = f - S on the contact.
         near = self.split
         field, share, smooth = near.field, near.share, near.smooth
         near.K_far[0, 0] = least
-        c, beside = self.spare, self.beside
+        c, beside, f = self.spare, self.beside, self.spare if z is None else z
+
+        def on_contact(values: Field, by: float, ones: bool) -> None:
+            self.sweep(lambda a, b, sums: near_field.on_contact(a, b, sums, mask, values, by, ones, c))
+
         if not np.array_equal(mask, self.shared):
             self.shared[...] = mask
-            self.sweep("on_contact", mask=mask, z=c, shift=0.0, ones=True, out=c)
+            on_contact(c, 0.0, True)
             self._down(c, share)
             share += np.float32(SPREAD)
             np.divide(np.float32(1), share, out=share)
-        self.sweep("on_contact", mask=mask, z=c if z is None else z, shift=shift, ones=z is None, out=c)
+        on_contact(f, shift, z is None)
         self._down(c, field)
         np.multiply(field, share, out=smooth)
         beside[...] = 0.0
         self._up(smooth, beside)
-        self.sweep("without", mask=mask, beside=beside, out=c)
+        self.sweep(lambda a, b, sums: near_field.without(a, b, sums, mask, beside, c))
         self._down(c, field)
         field += smooth
         back = self._respond(field, near.K_far)
         self._sum_near(c, near.K_near, STIFF_REACH, self.stiff, beside)
         self._up(back, beside)
-        self.sweep("on_contact", mask=mask, z=beside, shift=0.0, ones=False, out=c)
+        on_contact(beside, 0.0, False)
         self._down(c, field)
         np.subtract(back, field, out=smooth)
         smooth *= share
         more = self.answer
         more[...] = 0.0
         self._up(smooth, more)
-        return float(self.sweep("onto_contact", mask=mask, field=beside, more=more, out=out)[0])
-
-    # --- in the words of the smooth solver -----------------------------------------------------------------
-
-    def advance(self, step: float, law: Law, **given: Any) -> tuple[float, float]:
-        sums = self.sweep("advance_traction", step=step, kind=law.kind, parameters=law.parameters, **given)
-        return float(sums[0]), float(sums[1])
-
-    def along(self, step: float, law: Law, **given: Any) -> tuple[float, float]:
-        sums = self.sweep("along_traction", step=step, kind=law.kind, parameters=law.parameters, **given)
-        return float(sums[0]), float(sums[1])
+        return float(self.sweep(lambda a, b, sums: near_field.onto_contact(a, b, sums, mask, beside, more, out))[0])
 
     def relent(self, missing: Real, stiffness: Single, out: Real) -> None:
+        """Set out to about (1 + φ'' G)^-1 missing, φ'' being the stiffness."""
         wall, least = self.split.wall, self.split.softest
         stiff = stiffness > 0.5 * wall
         self.stiffen(stiff, out, least / (1 + least / wall), missing)
         np.divide(out, wall, out=out)
         np.copyto(out, missing, where=~stiff)
-
-    # --- in the words of the bound-constrained solver ------------------------------------------------------
-
-    def into(self, name: str, **given: Any) -> Real:
-        self._direction = given["t"]
-        return self.sweep(name, **given)
-
-    def comply(self, *, inverse: bool = False) -> float:
-        t = self._direction
-        return float(self.sweep("dot", values=t, field=self.comply_with(t, self.answer))[0] / self.size)
-
-    def alter(self, step: float, factor: float, **given: Real) -> float:
-        """Set out <- the gap under the pressure new, ``factor`` times p - ``step`` t cut at zero, after :meth:`comply`.
-
-        Returns by how much the energy rises, summed over the points.
-        """
-        self.sweep("cut_off", step=step, out=self.spare, **{key: given[key] for key in "pt"})
-        cut = self.comply_with(self.spare, self.beside)
-        rise = self.sweep("change", along=self.answer, cut=cut, step=step, factor=factor, **given)[0]
-        self.lowest[...] = -np.inf
-        return float(rise)
-
-    def spectral(self, name: str = "", **given: Any) -> Real:
-        return np.zeros(SUMS)
-
-    def out_of(self, name: str, **given: Any) -> Real:
-        given["out"][...] = self.answer
-        return self.sweep(name, **given)

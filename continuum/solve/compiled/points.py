@@ -1,16 +1,16 @@
 """Compiled sweeps over the points of the surface that need no wall law.
 
-A sweep is a function of the rows ``first:last`` of a block, as those of :mod:`continuum.solve.cpu.tractions`.
+A sweep is a function of the rows ``first:last`` of a block, as those of :mod:`continuum.solve.compiled.tractions`.
 """
 
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cpu.compiled import compiled
+from continuum.solve.compiled.compiling import Field, Single, compiled
 
 
 @compiled
-def _sampled(first: int, last: int, sums: Real, fine: Real, out: Real, n: int) -> None:
+def sampled(first: int, last: int, sums: Real, fine: Field, out: Field, n: int) -> None:
     """Every second value of a field of the finer grid."""
     for i in range(first, last):
         for j in range(n):
@@ -18,7 +18,7 @@ def _sampled(first: int, last: int, sums: Real, fine: Real, out: Real, n: int) -
 
 
 @compiled
-def _linear_turn(first: int, last: int, sums: Real, s: Real, d: Real, n: int, beta: float, stiffness: Real) -> None:
+def linear_turn(first: int, last: int, sums: Real, s: Field, d: Field, n: int, beta: float, stiffness: Single) -> None:
     """New direction, d <- beta d - s, and the traction of the wall along it, stiffness d, in place of s.
 
     sums: of stiffness d².
@@ -38,7 +38,7 @@ def _linear_turn(first: int, last: int, sums: Real, s: Real, d: Real, n: int, be
 
 
 @compiled
-def _displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offset: Real, lift: float) -> None:
+def displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offset: Real, lift: float) -> None:
     """Displacement u = offset + lift - z into ``out``.  sums: of u."""
     for i in range(first, last):
         for j in range(n):
@@ -48,7 +48,7 @@ def _displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, off
 
 
 @compiled
-def _lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Real, lift: float) -> None:
+def lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Real, lift: float) -> None:
     """Gap z = offset + lift - u."""
     for i in range(first, last):
         for j in range(n):
@@ -56,7 +56,7 @@ def _lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Re
 
 
 @compiled
-def _copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> None:
+def copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> None:
     """The values themselves into ``out``.  sums: of them."""
     for i in range(first, last):
         for j in range(n):

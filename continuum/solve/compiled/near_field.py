@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from continuum.model.fourier import Real
-from continuum.solve.cpu.compiled import TILE, Index, Marks, Mask, Single, compiled
+from continuum.solve.compiled.compiling import TILE, Field, Index, Marks, Mask, Single, compiled
 
 SIDE = 32
 """Points along the side of a tile."""
@@ -38,7 +38,7 @@ def width(reach: int) -> int:
 
 
 @compiled
-def _mark_tiles(
+def mark_tiles(
     start: int, stop: int, sums: Real, p: Real, z: Real, below: float, touched: Marks, lowest: Real, out: Mask
 ) -> None:
     """Mark the tiles in which p presses or z lies below a level; ``start:stop`` are rows of points."""
@@ -58,7 +58,7 @@ def _mark_tiles(
 
 
 @compiled
-def _near_field(
+def near_field(
     start: int, stop: int, sums: Real, values: Real, kernel: Single, reach: int, columns: int, own: Single, some: Mask
 ) -> None:
     """What the values of each tile do on it and around it, in ``own``; ``some``: whether there are any.
@@ -96,7 +96,7 @@ def _near_field(
 
 
 @compiled
-def _gather_near(
+def gather_near(
     start: int, stop: int, sums: Real, own: Single, some: Mask, reach: int, tiles: Index, slots: Index, out: Single
 ) -> None:
     """Set out <- the sum of what each tile and its eight neighbours do there."""
@@ -119,7 +119,7 @@ def _gather_near(
 
 
 @compiled
-def _to_coarse(start: int, stop: int, sums: Real, values: Real, spline: Single, own: Single) -> None:
+def to_coarse(start: int, stop: int, sums: Real, values: Real, spline: Single, own: Single) -> None:
     """What the points of the coarse grid around each tile get of its values, in ``own``."""
     side, reached = values.shape[1], own.shape[1]
     ratio = side // (reached - 3)
@@ -152,7 +152,7 @@ def _to_coarse(start: int, stop: int, sums: Real, values: Real, spline: Single, 
 
 
 @compiled
-def _add_coarse(
+def add_coarse(
     start: int, stop: int, sums: Real, own: Single, tiles: Index, slots: Index, rows: int, columns: int, out: Single
 ) -> None:
     """Set out <- the sum of what its points get of the tiles, of shape (rows, columns)."""
@@ -167,7 +167,7 @@ def _add_coarse(
 
 
 @compiled
-def _from_coarse(
+def from_coarse(
     start: int,
     stop: int,
     sums: Real,
@@ -207,7 +207,7 @@ def _from_coarse(
 
 
 @compiled
-def _on_contact(start: int, stop: int, sums: Real, mask: Mask, z: Real, shift: float, ones: bool, out: Real) -> None:
+def on_contact(start: int, stop: int, sums: Real, mask: Mask, z: Field, shift: float, ones: bool, out: Real) -> None:
     """Set out <- z + shift, or 1, on the contact, 0 off it; ``start:stop`` are rows here and below."""
     side = out.shape[1]
     for i in range(start, stop):
@@ -216,7 +216,7 @@ def _on_contact(start: int, stop: int, sums: Real, mask: Mask, z: Real, shift: f
 
 
 @compiled
-def _without(start: int, stop: int, sums: Real, mask: Mask, beside: Single, out: Real) -> None:
+def without(start: int, stop: int, sums: Real, mask: Mask, beside: Single, out: Real) -> None:
     """Set out <- out - beside on the contact, 0 off it."""
     side = out.shape[1]
     for i in range(start, stop):
@@ -225,7 +225,7 @@ def _without(start: int, stop: int, sums: Real, mask: Mask, beside: Single, out:
 
 
 @compiled
-def _onto_contact(start: int, stop: int, sums: Real, mask: Mask, field: Single, more: Single, out: Real) -> None:
+def onto_contact(start: int, stop: int, sums: Real, mask: Mask, field: Single, more: Single, out: Real) -> None:
     """Set out <- field + more on the contact, 0 off it; sums: of out."""
     side = out.shape[1]
     total = 0.0
@@ -237,7 +237,7 @@ def _onto_contact(start: int, stop: int, sums: Real, mask: Mask, field: Single, 
 
 
 @compiled
-def _dot(start: int, stop: int, sums: Real, values: Real, field: Single) -> None:
+def dot(start: int, stop: int, sums: Real, values: Real, field: Single) -> None:
     """sums: of values times a field."""
     side = values.shape[1]
     total = 0.0
@@ -248,7 +248,7 @@ def _dot(start: int, stop: int, sums: Real, values: Real, field: Single) -> None
 
 
 @compiled
-def _cut_off(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out: Real) -> None:
+def cut_below(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out: Real) -> None:
     """Set out <- what p - step t is below zero."""
     side = out.shape[1]
     for i in range(start, stop):
@@ -257,7 +257,7 @@ def _cut_off(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, o
 
 
 @compiled
-def _change(
+def change(
     start: int,
     stop: int,
     sums: Real,

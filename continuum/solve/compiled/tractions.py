@@ -13,11 +13,11 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.laws import respond
-from continuum.solve.cpu.compiled import TILE, Mask, Single, compiled, inlined
+from continuum.solve.compiled.compiling import TILE, Mask, Single, compiled, inlined
 
 
 @compiled
-def _press(
+def press_gap(
     first: int,
     last: int,
     sums: Real,
@@ -59,7 +59,7 @@ def _press(
 
 
 @compiled
-def _turn(
+def turn_near(
     first: int, last: int, sums: Real, s: Real, d: Real, n: int, beta: float, stiffness: Single, near: Mask
 ) -> None:
     """New direction, d <- beta d - s.  sums, over the marked tiles: of stiffness d²."""
@@ -78,7 +78,7 @@ def _turn(
 
 
 @compiled
-def _line(
+def search_line(
     first: int,
     last: int,
     sums: Real,
@@ -111,7 +111,7 @@ def _line(
 
 
 @compiled
-def _move(
+def move_gap(
     first: int,
     last: int,
     sums: Real,
@@ -191,7 +191,7 @@ def _taken(there: Real, e: Real, kept: Real, change: Real, stiff: Single) -> tup
 
 
 @compiled
-def _advance_traction(
+def advance_traction(
     start: int,
     stop: int,
     sums: Real,
@@ -227,7 +227,7 @@ def _advance_traction(
 
 
 @compiled
-def _along_traction(
+def along_traction(
     start: int,
     stop: int,
     sums: Real,

@@ -17,7 +17,7 @@ import numpy as np
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.solve.backend import nodes
-from continuum.solve.cpu.compiled import TILE, Index, Marks, Mask, compiled, inlined
+from continuum.solve.compiled.compiling import TILE, Index, Marks, Mask, compiled, inlined
 
 
 class Nodes:
@@ -33,7 +33,7 @@ class Nodes:
 
     def sum_lines(self, used: Mask, lines: Real, out: Real) -> None:
         """Sum the lines of the rows in use onto the nodes."""
-        _sum_lines(used, self.node_x, self.part_x, lines, self.scale, out)
+        sum_lines(used, self.node_x, self.part_x, lines, self.scale, out)
 
     def reached(self) -> Mask:
         """The rows of points that have contact near by."""
@@ -50,7 +50,7 @@ def _along(points: int, count: int) -> tuple[Index, Real, Index]:
 
 
 @compiled
-def _collect(
+def collect_contact(
     start: int,
     stop: int,
     sums: Real,
@@ -90,7 +90,7 @@ def _collect(
 
 
 @compiled
-def _sum_lines(used: Mask, node_x: Index, part_x: Real, lines: Real, scale: float, out: Real) -> None:
+def sum_lines(used: Mask, node_x: Index, part_x: Real, lines: Real, scale: float, out: Real) -> None:
     """Set out <- the lines of the rows in use, summed along x onto the nodes and scaled."""
     out[...] = 0.0
     for i in range(lines.shape[0]):
@@ -120,7 +120,7 @@ def _across(values: Real, a: int, w: float, line: Real) -> None:
 
 
 @compiled
-def _extend(
+def extend(
     start: int,
     stop: int,
     sums: Real,
@@ -160,7 +160,7 @@ def _extend(
 
 
 @compiled
-def _withdraw(
+def withdraw(
     start: int,
     stop: int,
     sums: Real,
@@ -201,7 +201,7 @@ def _withdraw(
 
 
 @compiled
-def _give_back(
+def give_back(
     start: int,
     stop: int,
     sums: Real,

@@ -11,24 +11,24 @@ The next coarser grid carries the columns below ``low_columns`` of the rows with
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cpu.compiled import compiled, inlined
+from continuum.solve.compiled.compiling import Field, compiled, inlined
 
 
 @compiled
-def _gradient(
+def finish_gradient(
     first: int,
     last: int,
     sums: Real,
-    g: Real,
-    d: Real,
-    work: Real,
-    K: Real,
+    g: Field,
+    d: Field,
+    work: Field,
+    K: Field,
     c0: float,
     alpha: float,
     beta: float,
     low_rows: int,
     low_columns: int,
-    weights: Real,
+    weights: Field,
 ) -> None:
     """Finish the last step in Fourier space and precondition the new gradient.
 
@@ -65,21 +65,21 @@ def _gradient(
 
 
 @compiled
-def _linear_gradient(
+def linear_gradient(
     first: int,
     last: int,
     sums: Real,
-    g: Real,
-    d: Real,
-    x: Real,
-    work: Real,
-    K: Real,
+    g: Field,
+    d: Field,
+    x: Field,
+    work: Field,
+    K: Field,
     c0: float,
     alpha: float,
     beta: float,
     low_rows: int,
     low_columns: int,
-    weights: Real,
+    weights: Field,
 ) -> None:
     """The same where the wall is linear: ``work`` holds the traction of a step of length one; x <- x + alpha d."""
     rows = K.shape[0]
@@ -108,14 +108,14 @@ def _linear_gradient(
 
 
 @compiled
-def _linear_last(
+def linear_last(
     first: int,
     last: int,
     sums: Real,
-    g: Real,
-    d: Real,
-    x: Real,
-    K: Real,
+    g: Field,
+    d: Field,
+    x: Field,
+    K: Field,
     c0: float,
     alpha: float,
     beta: float,
@@ -139,7 +139,7 @@ def _linear_last(
 
 
 @inlined
-def _scale(values: Real, factor: float) -> None:
+def _scale(values: Field, factor: float) -> None:
     """Multiply a row by a number."""
     a = values.dtype.type(factor)
     for c in range(values.size):
@@ -147,7 +147,7 @@ def _scale(values: Real, factor: float) -> None:
 
 
 @inlined
-def _advance(xi: Real, di: Real, alpha: float) -> None:
+def _advance(xi: Field, di: Field, alpha: float) -> None:
     """A row: x <- x + alpha d."""
     a = xi.dtype.type(alpha)
     for c in range(xi.size):
@@ -155,9 +155,10 @@ def _advance(xi: Real, di: Real, alpha: float) -> None:
 
 
 @inlined
-def _finish_low(gi: Real, di: Real, wi: Real, ki: Real, weight: Real, alpha: float) -> float:
+def _finish_low(gi: Field, di: Field, wi: Field, ki: Field, weight: Field, alpha: float) -> float:
     """A row of the coarse grid's modes: work <- y, g <- g + y; |g|²."""
-    a, gg = ki.dtype.type(alpha), ki.dtype.type(0.0)
+    a = ki.dtype.type(alpha)
+    gg: float = ki.dtype.type(0.0)
     for j in range(ki.size):
         y0 = a * ki[j] * di[2 * j] + wi[2 * j]
         y1 = a * ki[j] * di[2 * j + 1] + wi[2 * j + 1]
@@ -172,7 +173,7 @@ def _finish_low(gi: Real, di: Real, wi: Real, ki: Real, weight: Real, alpha: flo
 
 
 @inlined
-def _follow(gi: Real, di: Real, wi: Real, ki: Real, c0: float, alpha: float, beta: float, scale: float) -> None:
+def _follow(gi: Field, di: Field, wi: Field, ki: Field, c0: float, alpha: float, beta: float, scale: float) -> None:
     """A row of the others: d <- beta d - M g, work <- y, the work of the wall times ``scale``."""
     real = ki.dtype.type
     c, a, b, f, one = real(c0), real(alpha), real(beta), real(scale), real(1.0)
@@ -188,7 +189,7 @@ def _follow(gi: Real, di: Real, wi: Real, ki: Real, c0: float, alpha: float, bet
 
 
 @inlined
-def _finish(gi: Real, wi: Real, ki: Real, weight: Real, c0: float) -> tuple[float, float, float, float]:
+def _finish(gi: Field, wi: Field, ki: Field, weight: Field, c0: float) -> tuple[float, float, float, float]:
     """The same row: g <- g + y; |g|², <g,s>, <y,s>, <y,My>."""
     c = ki.dtype.type(c0)
     gg = gs = ys = ym = ki.dtype.type(0.0)
@@ -210,7 +211,7 @@ def _finish(gi: Real, wi: Real, ki: Real, weight: Real, c0: float) -> tuple[floa
 
 
 @inlined
-def _precondition(gi: Real, di: Real, wi: Real, ki: Real, weight: Real, c0: float) -> tuple[float, float]:
+def _precondition(gi: Field, di: Field, wi: Field, ki: Field, weight: Field, c0: float) -> tuple[float, float]:
     """The same row: work <- s = M g; <s,Ks>, <s,Kd>."""
     c, one = ki.dtype.type(c0), ki.dtype.type(1.0)
     ss = sd = ki.dtype.type(0.0)
@@ -228,18 +229,18 @@ def _precondition(gi: Real, di: Real, wi: Real, ki: Real, weight: Real, c0: floa
 
 
 @compiled
-def _low_modes(
+def finish_low_modes(
     first: int,
     last: int,
     sums: Real,
-    g: Real,
-    d: Real,
-    work: Real,
-    K: Real,
+    g: Field,
+    d: Field,
+    work: Field,
+    K: Field,
     c0: float,
     low_rows: int,
-    weights: Real,
-    e: Real,
+    weights: Field,
+    e: Field,
     size: float,
 ) -> None:
     """The modes that the coarse grid has seen: work <- s = -size e, and their share of the sums of `gradient`."""
@@ -283,16 +284,16 @@ def _low_modes(
 
 
 @compiled
-def _low_gradient(
+def low_gradient(
     first: int,
     last: int,
     sums: Real,
-    g: Real,
-    work: Real,
-    K: Real,
+    g: Field,
+    work: Field,
+    K: Field,
     c0: float,
     low_rows: int,
-    weights: Real,
+    weights: Field,
 ) -> None:
     """The same modes where the coarse step does not descend: work <- s = M g; sums: <g,s> at 1, <s,Ks> at 4."""
     c = K.dtype.type(c0)
@@ -311,7 +312,7 @@ def _low_gradient(
 
 
 @compiled
-def _low_direction(first: int, last: int, sums: Real, d: Real, work: Real, low_rows: int, beta: float) -> None:
+def low_direction(first: int, last: int, sums: Real, d: Field, work: Field, low_rows: int, beta: float) -> None:
     """Direction d <- beta d - s for those modes; the others follow in `gradient`."""
     b = d.dtype.type(beta)
     rows = d.shape[0]
@@ -325,8 +326,8 @@ def _low_direction(first: int, last: int, sums: Real, d: Real, work: Real, low_r
 
 
 @compiled
-def _restrict(
-    first: int, last: int, sums: Real, g: Real, coarse: Real, low_rows: int, low_columns: int, size: float
+def restrict_modes(
+    first: int, last: int, sums: Real, g: Field, coarse: Field, low_rows: int, low_columns: int, size: float
 ) -> None:
     """The modes of the coarse grid over ``size``, without its Nyquist modes, into its array."""
     factor = 1.0 / size
@@ -343,7 +344,7 @@ def _restrict(
 
 
 @compiled
-def _elastic(first: int, last: int, sums: Real, g: Real, work: Real, K: Real, force: float) -> None:
+def elastic_gradient(first: int, last: int, sums: Real, g: Field, work: Field, K: Field, force: float) -> None:
     """Gradient without the traction of the wall: g <- K u - F, the spectrum of u in work."""
     for i in range(K.shape[0]):
         for j in range(first, last):
@@ -354,7 +355,7 @@ def _elastic(first: int, last: int, sums: Real, g: Real, work: Real, K: Real, fo
 
 
 @compiled
-def _yielding(first: int, last: int, sums: Real, work: Real, K: Real, force: float) -> None:
+def yielding(first: int, last: int, sums: Real, work: Field, K: Field, force: float) -> None:
     """Displacement under a traction, whose spectrum is in work, and a force: work <- (F - work)/K.  sums: its mean."""
     if first == 0:
         work[0, 0] -= force
@@ -367,7 +368,7 @@ def _yielding(first: int, last: int, sums: Real, work: Real, K: Real, force: flo
 
 
 @compiled
-def _add_square(first: int, last: int, sums: Real, g: Real, work: Real, weights: Real) -> None:
+def add_square(first: int, last: int, sums: Real, g: Field, work: Field, weights: Field) -> None:
     """Set g <- g + work; sums: |g|²."""
     for i in range(g.shape[0]):
         for c in range(2 * first, 2 * last):

@@ -6,8 +6,8 @@ are all that is unknown::
     z = offset - u     u = (F - f)/K     f = p(z) at the solution
 
 One pair of transforms of the whole grid gives z, and f - p(z) is its residual.  On the tiles that the wall reaches,
-with a model of the response G = 1/K (:mod:`continuum.solve.cpu.tiles`), Newton's method solves the same equations, and
-another pair says what the model missed.  The linear problems (1 + φ'' G) t = p(z) - f are solved by generalised
+with a model of the response G = 1/K (:mod:`continuum.solve.compiled.tiles`), Newton's method solves the same equations,
+and another pair says what the model missed.  The linear problems (1 + φ'' G) t = p(z) - f are solved by generalised
 conjugate residuals: where the wall is about as stiff as under a load they are preconditioned as under a hard wall,
 K and the stiffness of the wall in series.  The energy falls along each step.  A direction along which it has no
 positive curvature ends the linear problem; where a part of the contact snaps the step goes along it, so that the tiles
@@ -17,12 +17,18 @@ and more.  Those go on from the last state where the tiles do not come to an end
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from continuum.model.fourier import Real
-from continuum.solve.backend import Array, WallTileEngine
-from continuum.solve.smooth_grid import SmoothGrid
+from continuum.solve.compiled import pressing, tractions
+from continuum.solve.compiled.compiling import Field, Single
+from continuum.solve.compiled.tiles import Tiles
 from continuum.solve.solution import Goal, Iteration
+
+if TYPE_CHECKING:
+    from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
 
 SLOW = 0.5
 """Part of the residual that a correction may leave, at most."""
@@ -38,52 +44,51 @@ LARGEST_RISE = 1e-12
 """A rise of the energy by this part of that of the wall is rounding; the whole grid judges a larger one."""
 
 
-def correct_coarser(grid: SmoothGrid, goal: Goal, history: list[Iteration], iterations: int) -> bool | None:
+def correct_coarser(grid: CompiledSmoothGrid, goal: Goal, history: list[Iteration], iterations: int) -> bool | None:
     """Go to the goal from the traction of the coarser grid; whether that was reached.
 
     None if there is none: then nothing has happened.  Where it does not come to an end the grid has begun anew at
     the last state, and the history is empty.
     """
-    below, f = grid.coarser, grid.direction
-    assert below is not None
+    below, f = grid.chain[1], grid.direction
     # The offset of the coarser grid lies there, and is needed where its state is none.
-    if not np.isfinite(below.engine.download(below.traction).sum()):
+    traction = below.traction
+    if not np.isfinite(traction[:, : below.n].sum()):
         return None
-    grid.engine.sweep("spread", coarse=below.traction, fine=f)
+    grid.sweep(lambda a, b, sums: pressing.spread(a, b, sums, traction, f, grid.n))
     below.release()
     return _correct(grid, f, goal, history, iterations)
 
 
-def correct_start(grid: SmoothGrid, goal: Goal, history: list[Iteration], iterations: int) -> bool:
+def correct_start(grid: CompiledSmoothGrid, goal: Goal, history: list[Iteration], iterations: int) -> bool:
     """The same from the state at hand, whose gradient is complete."""
-    engine, f = grid.engine, grid.direction
     # The force of the substrate is p - g: the traction under which it is where it is.
-    engine.w[...] = grid.g
-    engine.transforms += 1
-    engine.inverse(f)
+    grid.force()
+    f = grid.direction
     np.subtract(grid.traction, f, out=f)
     f[grid.z >= grid.law.reach] = 0.0
     return _correct(grid, f, goal, history, iterations)
 
 
-def _correct(grid: SmoothGrid, f: Array, goal: Goal, history: list[Iteration], iterations: int) -> bool:
+def _correct(grid: CompiledSmoothGrid, f: Real, goal: Goal, history: list[Iteration], iterations: int) -> bool:
     """Go to the goal from a traction, in the memory of the direction; where it is not reached begin anew."""
     if _approach(grid, f, goal, history, iterations):
-        grid.traction, grid.stiffness = f, None
+        grid.forget_wall()
+        grid.traction, grid.corrected = f, True
         return True
     history.clear()
-    grid.engine.forget_tiles()
+    grid.forget_tiles()
     grid.go_to_start()
     return False
 
 
-def _approach(grid: SmoothGrid, f: Array, goal: Goal, history: list[Iteration], iterations: int) -> bool:
+def _approach(grid: CompiledSmoothGrid, f: Real, goal: Goal, history: list[Iteration], iterations: int) -> bool:
     """Find the gap under a traction and what is missing, correct the traction on tiles, and again."""
     error = last = np.inf
     first, snapped = 0.0, False
     while len(history) <= iterations:
-        mean = _yield_to(grid, f)
-        near = grid.engine.near_wall(f, grid.z, grid.law)
+        mean = grid.yield_to(f)
+        near = grid.near_wall(f, grid.z, grid.law)
         if near is None:
             return False
         tiles = _Tiles(grid, near, f)
@@ -104,32 +109,31 @@ def _approach(grid: SmoothGrid, f: Array, goal: Goal, history: list[Iteration], 
     return False
 
 
-def _yield_to(grid: SmoothGrid, f: Array) -> float:
-    """Set z to the gap of a surface under the traction f; returns the mean of its displacement."""
-    grid.engine.into("copy", values=f)
-    sums = grid.engine.spectral("yielding", forward=True, inverse=True, force=0.0 if grid.held else grid.pressure)
-    grid.engine.out_of("lay", z=grid.z, offset=grid.offset, lift=grid.lift)
-    return float(sums[0])
-
-
 class _Tiles:
     """Traction f and gap z of the tiles near the wall; from there on a model says how z follows f."""
 
-    def __init__(self, grid: SmoothGrid, engine: WallTileEngine, f: Array) -> None:
-        self.grid, self.engine, self.law = grid, engine, grid.law
-        self.f, self.z, self.offset = (engine.gather(each) for each in (f, grid.z, grid.offset))
-        self.t, self.w, self.missing, self.spare = (engine.field() for _ in range(4))
-        self.stiffness = np.empty(engine.shape, np.float32)
+    def __init__(self, grid: CompiledSmoothGrid, tiles: Tiles, f: Real) -> None:
+        self.grid, self.tiles, self.law = grid, tiles, grid.law
+        self.f, self.z, self.offset = (tiles.gather(each) for each in (f, grid.z, grid.offset))
+        self.t, self.w, self.missing, self.spare = (tiles.field() for _ in range(4))
+        self.stiffness: Single = np.empty(tiles.shape, np.float32)
         self.snapped = False
         """Whether a step went to where the energy has a negative curvature."""
         self._advance(0.0)
 
     def _advance(self, step: float) -> None:
         """Go along the direction: f, z, and what is missing there."""
-        state = {"f": self.f, "z": self.z, "t": self.t, "w": self.w}
-        given = {"missing": self.missing, "stiffness": self.stiffness}
-        squares, energy = self.engine.advance(step, self.law, **state, **given)
-        self.residual, self.wall_energy = float(np.sqrt(squares / self.grid.size)), energy / self.grid.size
+        kind, parameters, _ = self.law
+        given = self.f, self.z, self.t, self.w, step, kind, parameters, self.missing, self.stiffness
+        squares, energy = self.tiles.sweep(lambda a, b, sums: tractions.advance_traction(a, b, sums, *given))[:2]
+        self.residual, self.wall_energy = float(np.sqrt(squares / self.grid.size)), float(energy) / self.grid.size
+
+    def _along(self, step: float) -> tuple[float, float]:
+        """Slope and curvature of the energy after a step, summed."""
+        kind, parameters, _ = self.law
+        given = self.f, self.z, self.t, self.w, step, kind, parameters
+        sums = self.tiles.sweep(lambda a, b, sums: tractions.along_traction(a, b, sums, *given))
+        return float(sums[0]), float(sums[1])
 
     def energy(self, mean: float) -> float:
         """Energy per point of the whole surface, before anything has moved; ``mean`` is that of the displacement."""
@@ -154,13 +158,13 @@ class _Tiles:
 
         Where the energy has a negative curvature it is what was found before, if that goes down, or that direction.
         """
-        left, engine = self.missing.copy(), self.engine
+        left, tiles = self.missing.copy(), self.tiles
         self.t[...] = self.w[...] = 0.0
         aim = part**2 * _dot(left, left)
-        kept: list[tuple[Array, Array, Array, float]] = []
+        kept: list[tuple[Single, Single, Single, float]] = []
         for _ in range(DIRECTIONS):
-            engine.relent(left, self.stiffness, self.spare)
-            w = engine.comply_with(self.spare, engine.answer).copy()
+            tiles.relent(left, self.stiffness, self.spare)
+            w = tiles.comply_with(self.spare, tiles.answer).copy()
             t = self.spare.astype(np.float32)
             q = t + self.stiffness * w
             for old_t, old_w, old_q, square in kept:
@@ -189,13 +193,12 @@ class _Tiles:
 
     def _length(self) -> float:
         """Length of the step to about the minimum of the energy along it; NaN if there is none."""
-        fields = {"f": self.f, "z": self.z, "t": self.t, "w": self.w}
-        first, _ = self.engine.along(0.0, self.law, **fields)
+        first, _ = self._along(0.0)
         if not first < 0:
             return np.nan
         step, low, high = 1.0, 0.0, np.inf
         for _ in range(TRIALS):
-            slope, curvature = self.engine.along(step, self.law, **fields)
+            slope, curvature = self._along(step)
             if abs(slope) <= SLOPE_ACCEPTED * abs(first):
                 return step
             low, high = (step, high) if slope < 0 else (low, step)
@@ -205,13 +208,13 @@ class _Tiles:
             step = newton
         return np.nan
 
-    def onto(self, f: Array) -> None:
+    def onto(self, f: Real) -> None:
         """Set the traction of the whole grid: what has moved out of reach carries none."""
         self.f[self.z >= self.law.reach] = 0.0
         f[...] = 0.0
-        self.engine.scatter(self.f, f)
+        self.tiles.scatter(self.f, f)
 
 
-def _dot(a: Real, b: Real) -> float:
+def _dot(a: Field, b: Field) -> float:
     """Sum over the points of a product."""
     return float((a * b).sum(dtype=np.float64))

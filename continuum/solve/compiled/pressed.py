@@ -1,0 +1,163 @@
+"""What vanishes off a contact on processor cores: where it may not, its transforms, and the preconditioner Eᵀ K E."""
+
+from __future__ import annotations
+
+import time
+from functools import cached_property
+
+import numpy as np
+
+from continuum.model.fourier import Real, rows_forward, rows_inverse
+from continuum.model.grid import Grid
+from continuum.solve.backend import SPREAD
+from continuum.solve.compiled import extending, pressing
+from continuum.solve.compiled.compiling import Marks, Mask
+from continuum.solve.compiled.extending import Nodes
+from continuum.solve.compiled.passes import Sweep
+from continuum.solve.compiled.tiles import TilePasses
+
+
+class ContactPasses(TilePasses):
+    """The arrays of a grid under a bound.
+
+    Pressures, and all that vanishes off the contact, are looked at in tiles marked by
+    :mod:`continuum.solve.compiled.pressing`, and transformed in rows that have such a tile.  A field that is
+    transformed lies in an array of its own.
+
+    Parameters
+    ----------
+    grid, K, threads : as for :class:`continuum.solve.compiled.passes.Passes`; what is not finite counts as zero.
+    """
+
+    softest: float
+    """K of the softest wave."""
+
+    def __init__(self, grid: Grid, K: Real, threads: int) -> None:
+        super().__init__(grid, K, threads)
+        K[~np.isfinite(K)] = 0.0
+        self.G = np.divide(1.0, K, out=np.zeros_like(K), where=K > 0)
+        self.touched: Marks = np.full(self.near.shape, 2, dtype=np.uint8)
+        self.lowest, self.worst = np.zeros(self.near.shape), np.zeros(grid.shape[0])
+        self.mask: Mask = np.zeros(grid.shape, dtype=np.bool_)
+        self.nodes = Nodes(grid)
+
+    def set_mean_stiffness(self, stiffness: float, *, held: bool) -> None:
+        super().set_mean_stiffness(stiffness, held=held)
+        self.G[0, 0] = 1.0 / stiffness if stiffness > 0 else 0.0
+
+    def _touch_all(self) -> None:
+        """Take every tile as one that may have been touched."""
+        self.touched[...] = 2
+
+    def _together(self, field: Real) -> Real:
+        """The rows of a field, moved together in their own memory."""
+        flat = field.ravel()
+        rows, n = self.grid.shape
+        for i in range(rows):
+            flat[i * n : (i + 1) * n] = field[i, :n]
+        return flat[: rows * n].reshape(rows, n)
+
+    @cached_property
+    def softness(self) -> float:
+        """Root of the sum of 1/K² over all modes but the mean."""
+        weights = self.grid.mode_weights[0]
+        rest = float(np.sum(self.G[1:, 0] ** 2) * weights[0])
+        return float(np.sqrt(rest + np.einsum("ij,ij,j->", self.G[:, 1:], self.G[:, 1:], weights[1:])))
+
+    # --- transforms of pressures -------------------------------------------------------------------------------
+
+    def _forward_rows(self, field: Real, first: int, last: int, *, sparse: bool) -> float:
+        """Transform a block of rows; those without a touched tile are zero.  Returns the seconds it took."""
+        began = time.perf_counter()
+        end = first
+        for a, b in runs(np.any(self.touched[first:last], axis=1), first) if sparse else [(first, last)]:
+            self.work_q[end:a] = 0.0
+            rows_forward(field[a:b, : self.n], self.work_q[a:b])
+            end = b
+        self.work_q[end:last] = 0.0
+        return time.perf_counter() - began
+
+    def _loaded(self, field: Real, sweep: Sweep | None = None, *, sparse: bool = True) -> Real:
+        """Begin to transform a field, that a sweep makes."""
+        self.transforms += 1
+
+        def task(first: int, last: int, sums: Real) -> float:
+            if sweep is not None:
+                sweep(first, last, sums)
+            return self._forward_rows(field, first, last, sparse=sparse)
+
+        return self.over(task, self.row_edges)
+
+    def _unloaded(self, out: Real, sweep: Sweep) -> Real:
+        """A field is transformed back, and a sweep uses it."""
+        self.transforms += 1
+
+        def task(first: int, last: int, sums: Real) -> float:
+            began = time.perf_counter()
+            rows_inverse(self.work_q[first:last], out[first:last, : self.n])
+            seconds = time.perf_counter() - began
+            sweep(first, last, sums)
+            return seconds
+
+        return self.over(task, self.row_edges)
+
+    def _comply(self, *, inverse: bool = False) -> float:
+        """Multiply the spectrum of the field f at hand by G; returns <f G f>."""
+        G, weights = self.G, self.weights
+        sums = self.spectral(
+            lambda a, b, sums: pressing.compliance(a, b, sums, self.w, G, weights), forward=True, inverse=inverse
+        )
+        return float(sums[0])
+
+    def _stiffen(self, out: Real, z: Real | None = None, shift: float = 0.0) -> float:
+        """Set out <- M f on the contact, 0 off it, of f = z + shift, or 1 without z; returns its sum.
+
+        For E see :mod:`continuum.solve.compiled.extending`.
+        """
+        self.transforms += 2
+        n, mask, nodes, touched = self.n, self.mask, self.nodes, self.touched
+        along = nodes.node, nodes.part, nodes.lines, nodes.counts
+        given = mask, out if z is None else z, shift, z is None, out, n, touched
+        self.sweep(lambda a, b, sums: extending.collect_contact(a, b, sums, *given, *along))
+        used: Mask = np.any(touched, axis=1)
+        nodes.sum_lines(used, nodes.lines, nodes.field)
+        nodes.sum_lines(used, nodes.counts, nodes.density)
+        reached = nodes.reached()
+        lines, counts = nodes.lines, nodes.counts
+        to_rows = nodes.node_x, nodes.part_x, nodes.edges, nodes.part, nodes.field, nodes.density, lines, counts, SPREAD
+
+        def forward(first: int, last: int, sums: Real) -> float:
+            buffer, end, seconds = self._buffer(last - first), first, 0.0
+            for a, b in runs(reached[first:last], first):
+                self.work_q[end:a] = 0.0
+                extending.extend(a, b, sums, buffer, mask, out, *to_rows)
+                began = time.perf_counter()
+                rows_forward(buffer[: b - a, :n], self.work_q[a:b])
+                end, seconds = b, seconds + time.perf_counter() - began
+            self.work_q[end:last] = 0.0
+            return seconds
+
+        def inverse(first: int, last: int, sums: Real) -> float:
+            buffer, seconds = self._buffer(last - first), 0.0
+            for a, b in runs(reached[first:last], first):
+                began = time.perf_counter()
+                rows_inverse(self.work_q[a:b], buffer[: b - a, :n])
+                seconds += time.perf_counter() - began
+                extending.withdraw(a, b, sums, buffer, mask, out, nodes.edges, nodes.part, lines, counts, SPREAD)
+            return seconds
+
+        self.over(forward, self.row_edges)
+        K, softest = self.K, self.softest
+        self.spectral(lambda a, b, sums: pressing.stiffness(a, b, sums, self.w, K, softest), forward=True, inverse=True)
+        self.over(inverse, self.row_edges)
+        nodes.sum_lines(reached, nodes.lines, nodes.field)
+        back = mask, out, n, touched, nodes.node_x, nodes.part_x, nodes.node, nodes.part, nodes.field, nodes.lines
+        return float(self.sweep(lambda a, b, sums: extending.give_back(a, b, sums, *back))[0])
+
+
+def runs(used: Mask, first: int) -> list[tuple[int, int]]:
+    """Where runs of rows in use begin and end, the first row being of this number."""
+    marks = np.zeros(used.size + 2, dtype=np.bool_)
+    marks[1:-1] = used
+    edges = (first + np.flatnonzero(marks[1:] != marks[:-1])).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
