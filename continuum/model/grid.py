@@ -163,10 +163,18 @@ class Grid:
 
     @property
     def coarser(self) -> Grid | None:
-        """The grid of every second point, if its half spectrum is part of that of this grid; else None."""
-        if (self.shape[0] % 4 and not self.is_line) or self.shape[1] % 4:
-            return None
-        return Grid((max(self.shape[0] // 2, 1), self.shape[1] // 2), self.lengths)
+        """The grid of every second point or, of sides that are no multiple of 4, about so many; None if too small.
+
+        Its half spectrum is part of that of this grid.
+        """
+        nx, ny = self.shape
+        coarse = 1 if self.is_line else _half(nx), _half(ny)
+        return Grid(coarse, self.lengths) if min(coarse) > 0 else None
+
+    def sampled(self, coarse: Grid) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows and columns of the points at or just before those of a coarser grid of the same period."""
+        rows, columns = (np.arange(c) * n // c for n, c in zip(self.shape, coarse.shape, strict=True))
+        return rows, columns
 
     def integrate(self, values: Real) -> float:
         """Integral of a field over the period: a traction becomes a load, an energy per area an energy."""
@@ -181,6 +189,11 @@ class Grid:
         a_q, b_q = array("a_q", a_q, self.shape_q, "c"), array("b_q", b_q, self.shape_q, "c")
         product = a_q.real * b_q.real + a_q.imag * b_q.imag
         return float(np.sum(product * self.mode_weights))
+
+
+def _half(n: int) -> int:
+    """Points of the next coarser grid along a side of n: half, or the multiple of 8 next to it, which halves again."""
+    return n // 2 if n % 4 == 0 else 8 * round(n / 16)
 
 
 class GridTable(Table):

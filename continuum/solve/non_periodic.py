@@ -110,7 +110,9 @@ class NonPeriodicSolver(Solver):
         mode: Real | None = None
         for _ in range(NEWTON):
             shifted = stiffness - (found.eigenvalue if found else 0.0)
-            lowest = stability(self.boundary.grid, K, self.boundary.around(shifted, 0.0), None, self._stiffness(shift), mode)
+            lowest = stability(
+                self.boundary.grid, K, self.boundary.around(shifted, 0.0), None, self._stiffness(shift), mode
+            )
             products, mode = products + lowest.products + 2, lowest.mode
             scale = max(float(-stiffness.min()), lowest.scale if found is None else found.scale)
             last, found = found, self._of_window(K, stiffness, mode, products, scale, free=free)

@@ -73,7 +73,7 @@ class ArrayBoundGrid(Modes):
         if grid is None or self.grid.narrowest <= self._smallest:
             return None
         self.below_grid = ArrayBoundGrid(self.library, grid, cut(self._stiffness_q, grid.shape_q), self._smallest)
-        every = self.offset[::2, ::2]
+        every = self.sampled(self.offset, grid)
         self.below_grid._pose(every + (mean(xp, self.offset) - mean(xp, every)), self.mean_stiffness, self.most)
         return self.below_grid
 
@@ -103,10 +103,11 @@ class ArrayBoundGrid(Modes):
 
     def spread(self) -> float:
         xp, p = self.xp, self.below_grid.p
-        for axis in (0, 1):
-            if p.shape[axis] < self.grid.shape[axis]:
-                both = xp.stack([p, (p + xp.roll(p, -1, axis=axis)) / 2], axis=axis + 1)
-                p = xp.reshape(both, tuple(n * (1 + (i == axis)) for i, n in enumerate(p.shape)))
+        for axis, (n, points) in enumerate(zip(self.grid.shape, p.shape, strict=True)):
+            at = np.arange(n) * points
+            before, after = (self.library.put((at // n + k) % points, xp.int64) for k in (0, 1))
+            x = self.library.put((at / n - at // n)[:, None] if axis == 0 else (at / n - at // n)[None, :])
+            p = (1 - x) * xp.take(p, before, axis=axis) + x * xp.take(p, after, axis=axis)
         self.p = p
         del self.below_grid
         return self.total()

@@ -41,16 +41,17 @@ class Modes:
         self.library, self.xp, self.grid, self.size = library, library.xp, grid, grid.size
         self.kind = kind or library.xp.float64
         self.K = library.put(stiffness_q[..., None], self.kind)
-        (nx, ny), (m, n) = grid.shape, grid.mode_numbers
+        coarse, (m, n) = grid.coarser, grid.mode_numbers
+        (nx, ny) = coarse.shape if coarse is not None else (0, 0)
         rows, columns = np.abs(m)[..., None], n[..., None]
         self.marks = ModeMarks(
             library.put(grid.mode_weights[..., None], self.kind),
             (library.put(rows == 0, self.xp.bool), library.put(columns == 0, self.xp.bool)),
-            (library.put(rows < nx / 4, self.xp.bool), library.put(columns < ny / 4, self.xp.bool)),
+            (library.put(rows < nx / 2, self.xp.bool), library.put(columns < ny / 2, self.xp.bool)),
         )
         self.transforms = self.trials = 0
-        if grid.coarser is not None:
-            m, n = grid.coarser.mode_numbers
+        if coarse is not None:
+            m, n = coarse.mode_numbers
             low = (np.abs(m) < max(m.size / 2, 1)) & (n < n.size - 1)
             self._low = library.put(low[..., None], self.xp.bool)
 
@@ -87,6 +88,13 @@ class Modes:
     def above(self, spectrum: Array) -> Array:
         """A spectrum of the coarser grid on this one, zero beyond its modes and on its Nyquist modes."""
         return _above(self.library, spectrum, self._low, shape=self.grid.shape_q)
+
+    def sampled(self, values: Array, coarse: Grid) -> Array:
+        """Values of a field at the points at or just before those of a coarser grid: every second in a view."""
+        if all(n in (1, 2 * c) for n, c in zip(self.grid.shape, coarse.shape, strict=True)):
+            return values[::2, ::2]
+        rows, columns = (self.library.put(each, self.xp.int64) for each in self.grid.sampled(coarse))
+        return self.xp.take(self.xp.take(values, rows, axis=0), columns, axis=1)
 
     def elastic_energy(self, offset: Real, gap: Real) -> float:
         """½ <u K u> of u = offset - gap without its mean, in E* a0, between two problems."""

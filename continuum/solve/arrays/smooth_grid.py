@@ -51,7 +51,7 @@ class _Descending(Modes):
     def _restrict(self, size: Array) -> ArrayLinearGrid:
         """Pose the linear problem of the coarser grid."""
         assert self.linear is not None
-        self.linear.stiffness = self.stiffness[::2, ::2]
+        self.linear.stiffness = self.sampled(self.stiffness, self.linear.grid)
         self.linear.g = self.below(self.g, size, self.linear.kind)
         return self.linear
 
@@ -191,7 +191,7 @@ class ArraySmoothGrid(_Descending):
     def set_coarser_problem(self, *, started: bool) -> None:
         below = self.chain[1]
         if self._sampled:
-            below.offset = self.offset[::2, ::2]
+            below.offset = self.sampled(self.offset, below.grid)
         else:
             below.offset = below.inverse(self.below(self.forward(self.offset)))
         below.clear()

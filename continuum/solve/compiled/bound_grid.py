@@ -86,7 +86,7 @@ class CompiledBoundGrid(ContactPasses):
         if grid is None or self.grid.narrowest <= smallest:
             return None
         below = CompiledBoundGrid(grid, cut(K, grid.shape_q), threads, smallest)
-        every = self.offset[::2, ::2]
+        every = self.offset[np.ix_(*self.grid.sampled(grid))]
         below.offset[...] = every + (self.grid.mean(self.offset) - grid.mean(every))
         below._hold(self.mean_stiffness, self.most)
         self.below = below
@@ -123,8 +123,8 @@ class CompiledBoundGrid(ContactPasses):
     def spread(self) -> float:
         below, self.below = self.below, None
         assert below is not None
-        coarse = below.p
-        return float(self.sweep(lambda a, b, sums: pressing.spread(a, b, sums, coarse, self.p, self.n))[0])
+        coarse, of = below.p, below.n
+        return float(self.sweep(lambda a, b, sums: pressing.spread(a, b, sums, coarse, of, self.p, self.n))[0])
 
     def fill(self, pressure: float) -> None:
         self.p[...] = pressure

@@ -55,7 +55,8 @@ def correct_coarser(grid: CompiledSmoothGrid, goal: Goal, history: list[Iteratio
     traction = below.traction
     if not np.isfinite(traction[:, : below.n].sum()):
         return None
-    grid.sweep(lambda a, b, sums: pressing.spread(a, b, sums, traction, f, grid.n))
+    of = below.n
+    grid.sweep(lambda a, b, sums: pressing.spread(a, b, sums, traction, of, f, grid.n))
     below.release()
     return _correct(grid, f, goal, history, iterations)
 

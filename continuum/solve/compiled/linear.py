@@ -110,7 +110,8 @@ def _relax(
         conjugate = True
         if depth > 1:
             below, size, part = levels[at + 1], np.sqrt(sums[0]), np.zeros(SUMS)
-            sampled(0, below.buffer.shape[0], part, grid.stiffness, below.stiffness, below.buffer.shape[1])
+            of, n = grid.buffer.shape[1], below.buffer.shape[1]
+            sampled(0, below.buffer.shape[0], part, grid.stiffness, of, below.stiffness, n)
             restrict_modes(0, low[1], part, grid.g, below.g, low[0], low[1], size)
             conjugate = _relax(levels, at + 1, depth - 1, c0, held, iterations, reduction, pairs)
             if conjugate:
@@ -148,7 +149,7 @@ class SteppedPasses(Passes):
     def restrict(self, size: float) -> None:
         below = self.linear
         assert below is not None
-        below.sample(self.stiffness, below.stiffness)
+        below.sample(self.stiffness, self.n, below.stiffness)
         self.restrict_q(self.g, below.g, size)
 
     def low_modes(self, shift: float, size: float) -> Real:

@@ -116,9 +116,9 @@ class Passes:
         """Memory of a half spectrum."""
         return memory(padded(self.grid.shape_q, self.work_q.dtype))
 
-    def sample(self, fine: Any, coarse: Any) -> None:
-        """Set a field of this grid to every second point of that of the finer one."""
-        self.sweep(lambda a, b, sums: points.sampled(a, b, sums, fine, coarse, self.n))
+    def sample(self, fine: Any, of: int, coarse: Any) -> None:
+        """Set a field of this grid to points of the finer one's, of rows of ``of`` points: every second, about."""
+        self.sweep(lambda a, b, sums: points.sampled(a, b, sums, fine, of, coarse, self.n))
 
     def restrict_q(self, spectrum: Real, coarse: Real, size: float = 1.0) -> None:
         """Set a spectrum of the coarser grid to the modes of this one's over ``size``, without Nyquist modes."""

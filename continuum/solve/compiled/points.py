@@ -10,11 +10,16 @@ from continuum.solve.compiled.compiling import Field, Single, compiled
 
 
 @compiled
-def sampled(first: int, last: int, sums: Real, fine: Field, out: Field, n: int) -> None:
-    """Every second value of a field of the finer grid."""
+def sampled(first: int, last: int, sums: Real, fine: Field, of: int, out: Field, n: int) -> None:
+    """Values of a field of the finer grid, whose rows have ``of`` points, at or just before those of this one."""
     for i in range(first, last):
-        for j in range(n):
-            out[i, j] = fine[2 * i, 2 * j]
+        row = fine[i * fine.shape[0] // out.shape[0]]
+        if of == 2 * n:
+            for j in range(n):
+                out[i, j] = row[2 * j]
+        else:
+            for j in range(n):
+                out[i, j] = row[j * of // n]
 
 
 @compiled

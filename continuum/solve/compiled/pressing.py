@@ -370,16 +370,16 @@ def finish(
 
 
 @compiled
-def spread(start: int, stop: int, sums: Real, coarse: Real, fine: Real, n: int) -> None:
-    """Pressure of the grid of every second point onto the finer one, bilinearly; sums: of it."""
-    rows, columns = coarse.shape[0], n // 2
+def spread(start: int, stop: int, sums: Real, coarse: Real, of: int, fine: Real, n: int) -> None:
+    """Pressure of a coarser grid, of rows of ``of`` points, onto the finer one, bilinearly; sums: of it."""
+    rows = coarse.shape[0]
     for i in range(start, stop):
-        a = i // 2
-        b = (a + i % 2) % rows
-        for j in range(columns):
-            k = j + 1 if j + 1 < columns else 0
-            here = 0.5 * (coarse[a, j] + coarse[b, j])
-            there = 0.5 * (coarse[a, k] + coarse[b, k])
-            fine[i, 2 * j] = here
-            fine[i, 2 * j + 1] = 0.5 * (here + there)
-            sums[0] += here + 0.5 * (here + there)
+        a = i * rows // fine.shape[0]
+        b, x = (a + 1) % rows, i * rows / fine.shape[0] - a
+        for j in range(n):
+            k = j * of // n
+            m, y = (k + 1) % of, j * of / n - k
+            here = (1 - x) * coarse[a, k] + x * coarse[b, k]
+            there = (1 - x) * coarse[a, m] + x * coarse[b, m]
+            fine[i, j] = (1 - y) * here + y * there
+            sums[0] += fine[i, j]

@@ -136,7 +136,7 @@ class CompiledSmoothGrid(TilePasses, SteppedPasses):
             below.inverse(below.z)
         below.offset = reused(self.direction, *below.grid.shape)
         if self._sampled:
-            below.sample(self.offset, below.offset)
+            below.sample(self.offset, self.n, below.offset)
         else:
             mean = self._load(self.offset) / self.size
             self.spectral(forward=True)
