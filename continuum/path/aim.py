@@ -11,7 +11,7 @@ from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import equilibrium
 from continuum.path.secant import area_logarithm, area_slope, asperity_slope, sample
-from continuum.path.state import Branch, Outcome, PathState, Search, event, nearness
+from continuum.path.state import Branch, Control, Outcome, PathState, Search, event, nearness
 from continuum.solve.solution import Closer, Settings
 from continuum.solve.solver import Solver
 
@@ -147,8 +147,9 @@ class Aim:
         near: bool = False,
         before: PathState | None = None,
         jump: float = np.inf,
+        control: Control | None = None,
     ) -> PathState:
-        """Equilibrium at a mean gap; near its start it is looked for on the fine grid, and in that basin, only.
+        """Equilibrium at a mean gap, or another control; near its start it is looked for on the fine grid, and in that basin, only.
 
         With the tolerance of trials it goes on to the one asked for if its area serves, or differs from that of
         ``before`` by more than ``jump``.
@@ -158,7 +159,7 @@ class Aim:
         worth = partial(self._worth, None if before is None else before.totals.area_rep, jump)
         stop = partial(self._passed, before.totals.area_rep) if before is not None and self.guesses else None
         closer = Closer(self.settings.tolerance, worth, stop) if self.rough_at(settings.tolerance) else None
-        state = equilibrium(self.problem, nearness(self.problem), at, settings, start, self.branch, self.solver, closer)
+        state = equilibrium(self.problem, control or nearness(self.problem), at, settings, start, self.branch, self.solver, closer)
         return self.work.add(state)
 
     def _worth(self, before: float | None, jump: float, gap: Real) -> bool:

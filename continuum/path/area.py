@@ -28,7 +28,7 @@ from continuum.model.problem import ContactProblem
 from continuum.path.aim import LITTLE, NEAR, Aim, SearchWork, loosened
 from continuum.path.coarser import carried_gap, coarser_problem
 from continuum.path.equilibrium import equilibrium, solver_of
-from continuum.path.full_contact import NEARLY_FULL, find_nearly_full
+from continuum.path.full_contact import LARGE, NEARLY_FULL, find_nearly_full, press_towards
 from continuum.path.secant import (
     area_logarithm,
     attracts_little,
@@ -44,8 +44,6 @@ from continuum.path.state import Branch, Outcome, PathState, Search, height, nea
 from continuum.solve.solution import Settings, Status
 from continuum.solve.solver import Solver
 
-NARROW = 0.5
-"""Beyond this contact trials have the full tolerance: what is left of the gap is too small for a loose one."""
 FEW_POINTS = 4.5
 """A change of the area by fewer points is no jump before the bracket is a sixteenth of the resolution."""
 FARTHER, NO_FARTHER = 1000.0, 1e-4
@@ -97,7 +95,7 @@ def find_area(
     """
     solver, work = solver or solver_of(problem, settings), work or SearchWork(problem.grid.size)
     known = previous if isinstance(previous, list) else list(previous)
-    loose = loose or (settings if target > NARROW else loosened(settings))
+    loose = loose or loosened(settings)
     side = float(np.sign(target - known[-1].totals.area_rep)) if known and problem.wall.work_of_adhesion > 0 else 0.0
     aim = Aim(problem, target, settings, loose, search, branch, solver, work, side)
     if target > NEARLY_FULL and problem.wall.bound == 0 and problem.open_boundary is None:
@@ -114,8 +112,13 @@ def find_area(
                 # On the way back contacts are held that long steps lose.
                 aim.saw_on_path(older, known[0])
                 ahead = older if aim.jumped_towards(known[0], older) else None
-    else:
-        first, after = _apart(aim)
+    if target > LARGE and problem.open_boundary is None and after is ahead is None:
+        after = press_towards(aim, known)
+        if known and aim.met(known[0]) and not aim.rough_at(known[0].solution.residual):
+            return aim.done(known[0])
+    if not known:
+        first, beyond = _apart(aim)
+        after = after or beyond
         known.append(first)
         if not first.status.ok:
             return aim.done(known.pop())

@@ -14,7 +14,7 @@ import numpy as np
 from continuum.arguments import ArgumentError
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.path.state import Branch, Control, PathState, gone, state_of
+from continuum.path.state import Branch, Control, PathState, coordinate, gone, state_of
 from continuum.solve.non_periodic import NonPeriodicSolver
 from continuum.solve.solution import Closer, Settings, Solution, Status
 from continuum.solve.solver import Solver
@@ -82,6 +82,13 @@ def equilibrium(
     if solution.status.ok and settings.stability and problem.wall.law is not None:
         solution = _examined(problem, solver, solution, mean, settings)
     return state_of(problem, control, target, branch, solution)
+
+
+def shifted(problem: ContactProblem, control: Control, state: PathState, target: float) -> Real:
+    """Gap of a state moved rigidly; where the mean displacement is held or free, the solver does that by itself."""
+    if control == "separation" and np.isfinite(problem.mean_stiffness) and problem.open_boundary is None:
+        return state.gap + (target - coordinate(control, state))
+    return state.gap
 
 
 def _solution(

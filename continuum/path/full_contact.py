@@ -1,8 +1,12 @@
-"""Areas close to full contact under a hard wall: a root in the mean pressure.
+"""Large areas of periodic surfaces: a root in the mean pressure.
 
-There the mean gap says little, since hardly any is left, while the pressure at which the last point closes is known: it
-is the largest tension by which the flattened surface pulls, max(K h).  What is left of the surface falls with what is
-left of that pressure about as a power, so that the secant of both logarithms meets an area in a few steps.
+There the mean gap says little, since hardly any is left.  The mean pressure does: of random surfaces the area is about
+erf(P/P0), with P0 near the rms traction that flattens the surface (Persson, J. Chem. Phys. 115, 3840 (2001), has the
+form), and attraction adds to P.  So the secant of the inverse error function of the area meets it in a few steps.
+
+Under a hard wall the pressure at which the last point closes is known, too: it is the largest tension by which the
+flattened surface pulls, max(K h).  What is left of the surface falls with what is left of that pressure about as a
+power, so that there the secant of both logarithms is taken.
 """
 
 from __future__ import annotations
@@ -10,9 +14,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.special import erfinv
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
+from continuum.path.aim import Aim
 from continuum.path.state import PathState, numbers
 
 NEARLY_FULL = 0.65
@@ -23,11 +29,67 @@ MOST_TRIALS = 40
 """After so many the bracket has shrunk to rounding: the area has a jump."""
 
 
-def pressure_of_full_contact(problem: ContactProblem) -> float:
-    """Mean pressure from which on a periodic surface touches everywhere, in E*."""
+LARGE = 0.5
+"""Areas beyond this are searched for by mean pressure first, under a law."""
+STEEP = 2.0
+"""Slopes of the secant, over that of random surfaces, that are believed, and its inverse."""
+FEW_TRIALS = 8
+"""Mean pressures that are tried under a law, where the area may jump, or fall, with the pressure."""
+
+
+def _flattening(problem: ContactProblem) -> Real:
+    """Traction of a surface without its mean that is held flat, in E*."""
     flat_q = problem.elastic_traction_q(problem.grid.forward(problem.heights))
     flat_q[0, 0] = 0.0
-    return float(problem.grid.inverse(flat_q, overwrite=True).max())
+    return problem.grid.inverse(flat_q, overwrite=True)
+
+
+def pressure_of_full_contact(problem: ContactProblem) -> float:
+    """Mean pressure from which on a periodic surface touches everywhere, in E*."""
+    return float(_flattening(problem).max())
+
+
+def press_towards(aim: Aim, known: list[PathState]) -> PathState | None:
+    """Go towards a large area under a law by mean pressure, as far as that leads.
+
+    Parameters
+    ----------
+    known : the last state before the target, to begin from, or none to begin at rest; it is kept up to date.
+
+    Returns
+    -------
+    PathState or None
+        The numbers of a state beyond the target, if one was met.
+    """
+    problem, size, after = aim.problem, aim.problem.grid.size, None
+    usual = float(np.std(_flattening(problem)))
+    wanted, slope, now, at = _argument(aim.target, size), usual, 0.0, 0.0
+    if known:
+        at, now = known[0].load, _argument(known[0].totals.area_rep, size)
+    for attempt in range(FEW_TRIALS):
+        pressure = at + slope * (wanted - now)
+        if not pressure > 0:
+            break
+        near, start = aim.adhesive and attempt > 2, known[0].gap if known else None
+        state = aim.trial(pressure, aim.loose, start, near=near, control="mean-pressure")
+        if not state.status.ok:
+            break
+        argument = _argument(state.totals.area_rep, size)
+        if (attempt > 0 or known) and argument != now:
+            slope = float(np.clip((pressure - at) / (argument - now), usual / STEEP, usual * STEEP))
+        at, now = pressure, argument
+        if aim.met(state) or (aim.short(state, known[0]) if known and aim.adhesive else aim.serves(state)):
+            known[:] = [state]
+        else:
+            after = numbers(state)
+        if aim.met(state):
+            break
+    return after
+
+
+def _argument(area: float, size: int) -> float:
+    """Of the error function that is an area; full contact, and none, count as half a point less."""
+    return float(erfinv(np.clip(area, 0.5 / size, 1 - 0.5 / size)))
 
 
 def find_nearly_full(

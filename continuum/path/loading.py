@@ -8,22 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from continuum.arguments import ArgumentError, field
-from continuum.measure.contact import Totals, totals_of
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.path.aim import loosened
 from continuum.path.area import find_area
-from continuum.path.equilibrium import equilibrium, solver_of
+from continuum.path.equilibrium import equilibrium, shifted, solver_of
 from continuum.path.state import (
     YIELDS,
     Branch,
     Control,
-    Event,
     Outcome,
     PathState,
     Search,
@@ -37,7 +33,8 @@ from continuum.path.state import (
     settled,
     state_of,
 )
-from continuum.solve.solution import Closer, Settings
+from continuum.path.walk import walk
+from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
 
 
@@ -136,9 +133,9 @@ def follow(
             known = good if np.isinf(problem.wall.hardness) else list(good)  # trials leave no imprint
             state = find_area(here, target, settings, search, known, branch, solver)
         elif good and search.event_resolution is not None and problem.wall.work_of_adhesion > 0:
-            state = _walk(here, control, target, settings, good, branch, search, solver)
+            state = walk(here, control, target, settings, good, branch, search, solver)
         else:
-            start = _shifted(here, control, good[-1], target) if good else None
+            start = shifted(here, control, good[-1], target) if good else None
             state = equilibrium(here, control, target, settings, start, branch, solver)
             del start
         state = replace(state, imprint=imprint)
@@ -162,92 +159,3 @@ def _branch(control: Control, target: float, good: Sequence[PathState]) -> Branc
         return good[-1].branch
     nearer = target < here if control in ("separation", "mean-gap") else target > here
     return "approach" if nearer else "retract"
-
-
-def _shifted(problem: ContactProblem, control: Control, state: PathState, target: float) -> Real:
-    """Gap of a state moved rigidly; where the mean displacement is held or free, the solver does that by itself."""
-    if control == "separation" and np.isfinite(problem.mean_stiffness) and problem.open_boundary is None:
-        return state.gap + (target - coordinate(control, state))
-    return state.gap
-
-
-def _walk(
-    problem: ContactProblem,
-    control: Control,
-    target: float,
-    settings: Settings,
-    good: list[PathState],
-    branch: Branch,
-    search: Search,
-    solver: Solver,
-) -> PathState:
-    """State at a target, with the jumps on the way to it; the last state before it is kept in ``good``.
-
-    The first step is the whole way.  A step on which areas or attractive load change by more than the threshold is
-    halved, from the same state and strictly in its basin, until it is as narrow as the resolution.  It is an event if
-    the largest change of the gap does not shrink with the step.  Where it still does the path is steep, or flats pass
-    through the gap at which repulsion begins: that is looked at down to 1/16 of the resolution.
-
-    On the way back, a step on which a load that fell begins to rise is halved in the same way, so that the largest
-    tension is seen although nothing jumps.
-    """
-    resolution, threshold = search.event_resolution or 0.0, search.event_threshold
-    tension = problem.wall.largest_tension
-    events: list[Event] = []
-    pairs, solves = 0.0, 0
-    here = coordinate(control, good[-1])
-    step, wider = target - here, np.inf
-    lowest = good[-1].load, good[-1].mean_gap
-    falls = len(good) == 2 and good[0].load > good[1].load
-
-    while True:
-        at = target if abs(step) >= abs(target - here) else here + step
-        start = _shifted(problem, control, good[-1], at)
-        worth = partial(_worth, problem, good[-1].totals, search, abs(at - here))
-        closer = Closer(settings.tolerance, worth)
-        trial = equilibrium(problem, control, at, loosened(settings), start, branch, solver, closer)
-        del start
-        settings = replace(settings, warm_grids=0)
-        left = trial.outcome is Outcome.PULLED_OFF
-        if not (left or trial.status.ok):
-            break
-        before = good[-1]
-        change, width = np.inf if left else _difference(before.totals, trial.totals, tension), abs(at - here)
-        moved = np.inf if left else _largest_change(before.gap, trial.gap)
-        shrinks = moved < 0.75 * wider
-        turns = branch == "retract" and falls and 0 > trial.load > before.load and not left
-        narrow = resolution / 16 if change > threshold and shrinks else resolution
-        if (change > threshold or turns) and width > narrow:
-            step, wider = (at - here) / 2, moved
-        else:
-            if change > threshold and not shrinks:
-                events.append(event(control, branch, before, trial))
-            falls = trial.load < before.load
-            lowest = min(lowest, (trial.load, trial.mean_gap))
-            if left or at == target:
-                break
-            good[:] = [trial]
-            here, step, wider = at, 2 * (at - here), np.inf
-        pairs, solves = pairs + trial.solution.fft_pairs, solves + 1
-        del before, trial  # while the next one is looked for, one field is held
-    return replace(trial, target=target, events=tuple(events), search_pairs=pairs, search_solves=solves, lowest=lowest)
-
-
-def _worth(problem: ContactProblem, before: Totals, search: Search, step: float, gap: Real) -> bool:
-    """Whether a trial is more than the end of a step that will be halved, for which a loose one does."""
-    if step <= (search.event_resolution or 0.0):
-        return True
-    change = _difference(before, totals_of(problem.grid, problem.wall, gap), problem.wall.largest_tension)
-    return change <= search.event_threshold
-
-
-def _difference(one: Totals, other: Totals, tension: float) -> float:
-    """How far two contacts differ, as a fraction of A0: no more than one, so that a path needs few halvings."""
-    repulsive = other.area_rep - one.area_rep
-    load = (other.load_att - one.load_att) / tension
-    return max(abs(repulsive), abs(repulsive + other.area_att - one.area_att), abs(load))
-
-
-def _largest_change(before: Real, after: Real) -> float:
-    """Largest difference of two gaps, row by row: a field of differences need not be held."""
-    return max(float(np.abs(a - b).max()) for a, b in zip(before, after, strict=True))
