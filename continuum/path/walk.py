@@ -119,7 +119,7 @@ def walk(
         # What lies between is hardly lower than before by more than it fell on the last step.
         rises = 0 > trial.load > before.load and fell > max(before.load - lowest[0], 0.0)
         if not way.refuse(at, change, moved, turns=branch == "retract" and rises and not left):
-            if way.go(at, change, moved):
+            if left or way.go(at, change, moved):
                 events.append(event(control, branch, before, trial))
             fell = before.load - trial.load
             lowest = min(lowest, (trial.load, trial.mean_gap))
