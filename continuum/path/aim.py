@@ -147,19 +147,25 @@ class Aim:
         near: bool = False,
         before: PathState | None = None,
         jump: float = np.inf,
+        stop: bool = False,
         control: Control | None = None,
     ) -> PathState:
-        """Equilibrium at a mean gap, or another control; near its start it is looked for on the fine grid, and in that basin, only.
+        """Equilibrium at a mean gap, or another control.
+
+        Near its start it is looked for on the fine grid, and in that basin, only.
 
         With the tolerance of trials it goes on to the one asked for if its area serves, or differs from that of
-        ``before`` by more than ``jump``.
+        ``before`` by more than ``jump``.  With ``stop`` it need not end once it has gone far over the target.
         """
         if near:
             settings = replace(settings, warm_grids=0)
         worth = partial(self._worth, None if before is None else before.totals.area_rep, jump)
-        stop = partial(self._passed, before.totals.area_rep) if before is not None and self.guesses else None
-        closer = Closer(self.settings.tolerance, worth, stop) if self.rough_at(settings.tolerance) else None
-        state = equilibrium(self.problem, control or nearness(self.problem), at, settings, start, self.branch, self.solver, closer)
+        passed = partial(self._passed, before.totals.area_rep) if before is not None and stop else None
+        closes = passed is not None or self.rough_at(settings.tolerance)
+        closer = Closer(self.settings.tolerance, worth, passed) if closes else None
+        state = equilibrium(
+            self.problem, control or nearness(self.problem), at, settings, start, self.branch, self.solver, closer
+        )
         return self.work.add(state)
 
     def _worth(self, before: float | None, jump: float, gap: Real) -> bool:
@@ -170,7 +176,7 @@ class Aim:
         return bool(serves or (before is not None and abs(area - before) > jump))
 
     def _passed(self, before: float, gap: Real) -> bool:
-        """Whether a trial that stalls has gone far over the target, seen from an area before it: there is a jump."""
+        """Whether a trial on its way has gone far over the target, seen from an area before it: there is a jump."""
         size, area = self.problem.grid.size, np.count_nonzero(self.problem.wall.touches(gap)) / self.problem.grid.size
         over = area_logarithm(area, size) - area_logarithm(self.target, size)
         return bool(over * np.sign(self.target - before) > LITTLE)

@@ -175,9 +175,12 @@ def _close_in(aim: Aim, known: list[PathState], bracket: _Bracket) -> PathState:
             # Without adhesion there is one state, however it is reached: coarser grids may help as they like.
             near = aim.adhesive and (misled or closed or bracket.trials > 1)
             jump = bracket.jump(before, at) if near and not (rough or closed) else np.inf
-            state = aim.trial(at, aim.settings if closed else now, before.gap, near=near, before=before, jump=jump)
+            # A trial short of a jump is cheap, and a loose one may be about to jump.
+            now = aim.settings if closed or bracket.jumps else now
+            stop = aim.guesses or (near and not closed and jump == np.inf)
+            state = aim.trial(at, now, before.gap, near=near, before=before, jump=jump, stop=stop)
             if state.status is Status.STOPPED:
-                # A coarser grid, where it is known by now that there is a jump: how far it goes is not asked for.
+                # It is known by now that there is a jump: how far it goes is not asked for, but at the end.
                 bracket.after, bracket.jumps = numbers(state), True
                 continue
             over = state.status.ok and not (aim.met(state) or aim.short(state, before))

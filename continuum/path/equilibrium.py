@@ -7,7 +7,9 @@ is free).  At given mean pressure the mean is free and a uniform pressure presse
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from continuum.solve.solution import Closer, Settings, Solution, Status
 from continuum.solve.solver import Solver
 
 STRETCH = 50
-"""Under tension a solve is looked at after so many iterations."""
+"""A solve that may turn out not to be wanted is looked at after so many iterations; a fine grid seldom takes more."""
 
 NO_MEAN_GAP = "another control where nothing is repeated: a part of a half-space has no mean displacement of its own"
 
@@ -72,11 +74,17 @@ def equilibrium(
     solver = solver or solver_of(problem, settings)
     if pressure < 0 and mean == 0:
         tight = settings if closer is None else replace(settings, tolerance=closer.tolerance)
-        solution = _pull(problem, solver, lift, start, tight, pressure)
-        if not _may_hold(problem, solution.gap, -pressure):
+        solve = partial(_solution, problem, solver, lift, 0.0, pressure, None)
+        # Once it has detached, the surface would recede until max_iterations.  No coarser grid is used: it may detach
+        # at a tension that this one holds.
+        solution = _in_stretches(solve, start, replace(tight, warm_grids=0), partial(_has_left, problem, -pressure))
+        if _has_left(problem, -pressure, solution.gap):
             return gone(problem, target, branch, solution)
+    elif closer is not None and closer.hopeless is not None:
+        solve = partial(_solution, problem, solver, lift, mean, pressure, closer)
+        solution = _in_stretches(solve, start, settings, closer.hopeless)
     else:
-        solution = _solution(problem, solver, lift, mean, pressure, start, settings, closer)
+        solution = _solution(problem, solver, lift, mean, pressure, closer, start, settings)
     if solution.status.ok and solution.gap.min() < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     if solution.status.ok and settings.stability and problem.wall.law is not None:
@@ -97,9 +105,9 @@ def _solution(
     lift: float,
     mean: float,
     pressure: float,
+    closer: Closer | None,
     start: Real | None,
     settings: Settings,
-    closer: Closer | None = None,
 ) -> Solution:
     """Solve with the solver that the wall asks for: the smooth one for a law, the constrained one for a bound."""
     law, heights = problem.wall.law, problem.heights
@@ -118,23 +126,23 @@ def _examined(problem: ContactProblem, solver: Solver, solution: Solution, mean:
     return replace(solution, lowest_eigenvalue=found.eigenvalue, status=status)
 
 
-def _pull(
-    problem: ContactProblem, solver: Solver, lift: float, start: Real | None, settings: Settings, pressure: float
+def _in_stretches(
+    solve: Callable[[Real | None, Settings], Solution],
+    start: Real | None,
+    settings: Settings,
+    ends: Callable[[Real], bool],
 ) -> Solution:
-    """Minimise under a tension, in stretches: once it has detached, the surface would recede until max_iterations.
-
-    No coarser grid is used: it may detach at a tension that this one holds.
-    """
+    """Solve in stretches, between which the gap is looked at: whether it is known by now that it need not go on."""
     done: Solution | None = None
     while True:
         left = settings.max_iterations - (done.iterations if done else 0)
-        stretch = replace(settings, max_iterations=min(left, STRETCH), warm_grids=0)
-        last = _solution(problem, solver, lift, 0.0, pressure, start, stretch)
+        last = solve(start, replace(settings, max_iterations=min(left, STRETCH)))
         done = last if done is None else _joined(done, last)
-        ended = last.status is not Status.ITERATION_LIMIT or done.iterations >= settings.max_iterations
-        if ended or not _may_hold(problem, last.gap, -pressure):
+        if last.status is not Status.ITERATION_LIMIT or done.iterations >= settings.max_iterations:
             return done
-        start = last.gap
+        if ends(last.gap):
+            return replace(done, status=Status.STOPPED)
+        start, settings = last.gap, replace(settings, warm_grids=0)
 
 
 def _joined(first: Solution, second: Solution) -> Solution:
@@ -150,12 +158,12 @@ def _joined(first: Solution, second: Solution) -> Solution:
     )
 
 
-def _may_hold(problem: ContactProblem, gap: Real, tension: float) -> bool:
-    """Whether the law pulls as hard as the mean tension asks for at any gap from the smallest one on.
+def _has_left(problem: ContactProblem, tension: float, gap: Real) -> bool:
+    """Whether the law pulls less than the mean tension asks for at any gap from the smallest one on.
 
-    Where it does not, no point pulls as hard as the mean should, and moving away makes it worse: the surface has left.
+    Then no point pulls as hard as the mean should, and moving away makes it worse: the surface has left.
     """
     nearest = float(gap.min())
     if not np.isfinite(nearest):
-        return not np.isposinf(nearest)  # a failure of another kind
-    return problem.wall.largest_tension_from(nearest) >= tension
+        return bool(np.isposinf(nearest))  # else a failure of another kind
+    return problem.wall.largest_tension_from(nearest) < tension
