@@ -213,8 +213,15 @@ class LoadingPath(Sequence[State]):
             Column("branch"), Column("mean gap", "a0", ".5g"), Column("A_rep/A0"), Column("A_att/A0"),
             Column("N/A0", "E*", ".4e"), Column("status"),
         )  # fmt: skip
-        rows = [(s.branch, s.mean_gap, s.area_rep, s.area_att, s.load, s.found.status.name.lower()) for s in self]
-        return Sheet.of("Path", columns, rows)
+        one_branch = not self.contact.problem.wall.work_of_adhesion > 0
+        points = [(s.branch, s.found.totals, one_branch or s.found.lowest is not None) for s in self]
+        passed = state.not_looked_at(points, state.Search.event_threshold)
+        rows = [
+            (s.branch, s.mean_gap, s.area_rep, s.area_att, s.load,
+             s.found.status.name.lower() + (f", {state.NOT_LOOKED}" if over else ""))
+            for s, over in zip(self, passed, strict=True)
+        ]  # fmt: skip
+        return Sheet.of("Path", columns, rows, state.HYSTERESIS if any(passed) else "")
 
     def plot(self) -> Figure:
         """Area and load along the path."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple, get_args
 
@@ -281,3 +282,30 @@ def side_of(state: PathState, value: float) -> JumpSide:
     """A state as one side of a jump, at a value of the controlled quantity."""
     totals = state.totals
     return JumpSide(value, state.separation, state.mean_gap, totals.area_rep, totals.area_att, totals.load)
+
+
+NOT_LOOKED = "jumps on the way not looked for"
+"""What is said of a point where :func:`not_looked_at`, and why."""
+HYSTERESIS = (
+    "where jumps on the way back were not looked for, steps so long may have lost contacts that slow retraction holds: "
+    "take shorter steps, or give event_resolution with another control than the area"
+)
+
+
+def not_looked_at(points: Iterable[tuple[str, Totals, bool]], threshold: float) -> list[bool]:
+    """Whether the way back to each point may have passed over jumps, so that its branch is not certain.
+
+    Parameters
+    ----------
+    points : branch and totals of each, and whether jumps on the way to it were looked for.
+    threshold : change of an area, as a fraction of A0, up to which a step is short.
+    """
+    found, last = list[bool](), None
+    for branch, totals, looked in points:
+        change = 0.0
+        if last is not None and branch == "retract" and not looked:
+            repulsive = totals.area_rep - last.area_rep
+            change = max(abs(repulsive), abs(repulsive + totals.area_att - last.area_att))
+        found.append(change > threshold)
+        last = totals
+    return found

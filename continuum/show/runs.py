@@ -8,6 +8,7 @@ import numpy as np
 
 from continuum.files.output import LockedError
 from continuum.files.toml import text_of
+from continuum.path.state import HYSTERESIS, NOT_LOOKED, not_looked_at
 from continuum.runs.analysis import Analysis, MeasuredPoint
 from continuum.runs.record import PathEvent, Point
 from continuum.runs.result import Result
@@ -42,14 +43,25 @@ def run_sheets(result: Result) -> list[Sheet]:
         Column("A_rep/A0"), Column("A_att/A0"), Column("N/A0", "E*", ".4e"), Column("N_rep/A0", "E*", ".4e"),
         Column("residual", "E*", ".1e"), Column("FFT pairs", "", ".0f"), Column("search", "", ".0f"), Column("status"),
     )  # fmt: skip
+    passed = _not_looked_at(result)
     rows = [
         (i, p.branch, p.mean_gap, p.separation, p.area_rep, p.area_att, p.load, p.load_rep, p.residual, p.fft_pairs,
-         p.search_pairs, words(p.status))
-        for i, p in enumerate(result.points)
+         p.search_pairs, words(p.status) + (f", {NOT_LOOKED}" if over else ""))
+        for i, (p, over) in enumerate(zip(result.points, passed, strict=True))
     ]  # fmt: skip
-    note = f"{result.resumed} points were stored before" if result.resumed else ""
-    sheets = [Sheet.of("Points of the path", columns, rows, note)]
+    notes = [f"{result.resumed} points were stored before"] if result.resumed else []
+    notes += [HYSTERESIS] if any(passed) else []
+    sheets = [Sheet.of("Points of the path", columns, rows, "; ".join(notes))]
     return [*sheets, _jumps(result.events)] if result.events else sheets
+
+
+def _not_looked_at(result: Result) -> list[bool]:
+    """Points to which the way back may have passed over jumps; none without adhesion, where there is one branch."""
+    loading = result.config.loading
+    looks = loading.event_resolution is not None
+    one_branch = not result.wall.work_of_adhesion > 0
+    points = [(p.branch, p, one_branch or (looks and p.control != "repulsive-area")) for p in result.points]
+    return not_looked_at(points, loading.event_threshold)
 
 
 def _jumps(events: Sequence[PathEvent]) -> Sheet:
