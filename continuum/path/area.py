@@ -27,7 +27,7 @@ from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.aim import LITTLE, NEAR, Aim, SearchWork, loosened
 from continuum.path.coarser import carried_gap, coarser_problem
-from continuum.path.equilibrium import equilibrium, solver_of
+from continuum.path.equilibrium import solver_of
 from continuum.path.full_contact import LARGE, NEARLY_FULL, find_nearly_full, press_towards
 from continuum.path.secant import (
     area_logarithm,
@@ -98,14 +98,14 @@ def find_area(
     loose = loose or loosened(settings)
     side = float(np.sign(target - known[-1].totals.area_rep)) if known and problem.wall.work_of_adhesion > 0 else 0.0
     aim = Aim(problem, target, settings, loose, search, branch, solver, work, side)
+    if known and aim.met(known[-1]):
+        return _again(aim, known[-1])
     if target > NEARLY_FULL and problem.wall.bound == 0 and problem.open_boundary is None:
-        return _nearly_full(aim, known)
+        return find_nearly_full(aim)
     after = ahead = None
     if known:
         older = known[0] if len(known) == 2 else None
         del known[:-1]
-        if aim.met(known[0]):
-            return _again(aim, known[0])
         if older is not None:
             after = older if aim.jumped_over(known[0], older) else None
             if branch == "approach":
@@ -123,19 +123,6 @@ def find_area(
         if not first.status.ok:
             return aim.done(known.pop())
     return _close_in(aim, known, _Bracket(aim, after, ahead))
-
-
-def _nearly_full(aim: Aim, known: list[PathState]) -> PathState:
-    """A state close to full contact of a hard wall; no state is needed to begin from."""
-    if known and aim.met(known[-1]):
-        return _again(aim, known[-1])
-
-    def trial(pressure: float, start: Real | None) -> PathState:
-        solved = equilibrium(aim.problem, "mean-pressure", pressure, aim.settings, start, aim.branch, aim.solver)
-        return aim.work.add(solved)
-
-    state, beyond = find_nearly_full(aim.problem, aim.target, aim.allowed, aim.settings.tolerance, trial)
-    return aim.done(state, None if beyond is None else Outcome.JUMPED_OVER, beyond)
 
 
 def _again(aim: Aim, state: PathState) -> PathState:

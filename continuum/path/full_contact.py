@@ -11,15 +11,13 @@ power, so that there the secant of both logarithms is taken.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from scipy.special import erfinv
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.aim import Aim
-from continuum.path.state import PathState, numbers
+from continuum.path.state import Outcome, PathState, numbers
 
 NEARLY_FULL = 0.65
 """Areas beyond this are searched for by mean pressure, which is cheaper there."""
@@ -92,54 +90,39 @@ def _argument(area: float, size: int) -> float:
     return float(erfinv(np.clip(area, 0.5 / size, 1 - 0.5 / size)))
 
 
-def find_nearly_full(
-    problem: ContactProblem,
-    target: float,
-    allowed: float,
-    tolerance: float,
-    trial: Callable[[float, Real | None], PathState],
-) -> tuple[PathState, PathState | None]:
-    """State of an area close to one, under a hard wall on a periodic surface.
-
-    Parameters
-    ----------
-    target, allowed : the area, as a fraction of A0, and the largest difference from it.
-    tolerance : of the solves, in E*.
-    trial : equilibrium at a mean pressure in E*, from a gap to start from.
-
-    Returns
-    -------
-    PathState, PathState or None
-        The state; where no area is so close to the target that before the jump, and with it the one beyond.
-    """
-    full, half = pressure_of_full_contact(problem), 0.5 / problem.grid.size
-    if 1 - target <= allowed:
-        return _full(full, target - allowed, tolerance, trial), None
-    wanted = np.log(1 - target + half)
+def find_nearly_full(aim: Aim) -> PathState:
+    """State of an area close to one, under a hard wall on a periodic surface; none is needed to begin from."""
+    full, half = pressure_of_full_contact(aim.problem), 0.5 / aim.problem.grid.size
+    if 1 - aim.target <= aim.allowed:
+        return aim.done(_full(aim, full))
+    wanted = np.log(1 - aim.target + half)
     low: PathState | None = None
     high: PathState | None = None
     # Logarithms of what is left of the pressure and of the surface, where too little touches and where too much does.
     sides: dict[bool, tuple[float, float]] = {}
     left = np.log1p(-FIRST)
     for _ in range(MOST_TRIALS):
-        state = trial(full * -np.expm1(left), None if low is None else low.gap)
-        if not state.status.ok or abs(state.totals.area_rep - target) <= allowed:
-            return state, None
-        short = state.totals.area_rep < target
+        state = _pressed(aim, full * -np.expm1(left), None if low is None else low.gap)
+        if not state.status.ok or aim.met(state):
+            return aim.done(state)
+        short = state.totals.area_rep < aim.target
         low, high = (state, high) if short else (low, numbers(state))
         sides[short] = left, np.log(1 - state.totals.area_rep + half)
         left = _next(sides, wanted)
     assert low is not None
-    assert high is not None
-    return low, high
+    return aim.done(low, Outcome.JUMPED_OVER, high)
 
 
-def _full(full: float, least: float, tolerance: float, trial: Callable[[float, Real | None], PathState]) -> PathState:
+def _pressed(aim: Aim, pressure: float, start: Real | None) -> PathState:
+    return aim.trial(pressure, aim.settings, start, control="mean-pressure")
+
+
+def _full(aim: Aim, full: float) -> PathState:
     """Full contact, under so much more than its pressure that the tolerance leaves no point open."""
-    excess = tolerance
+    excess = aim.settings.tolerance
     while True:
-        state = trial(full + excess, None)
-        if not state.status.ok or state.totals.area_rep >= least or excess > full:
+        state = _pressed(aim, full + excess, None)
+        if not state.status.ok or state.totals.area_rep >= aim.target - aim.allowed or excess > full:
             return state
         excess *= 4
 
