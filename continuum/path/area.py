@@ -28,7 +28,7 @@ from continuum.model.problem import ContactProblem
 from continuum.path.aim import LITTLE, NEAR, Aim, SearchWork, loosened
 from continuum.path.coarser import carried_gap, coarser_problem
 from continuum.path.equilibrium import solver_of
-from continuum.path.full_contact import LARGE, NEARLY_FULL, find_nearly_full, press_towards
+from continuum.path.full_contact import LARGE, LAST_POINTS, find_nearly_full, press_towards
 from continuum.path.secant import (
     area_logarithm,
     attracts_little,
@@ -100,8 +100,6 @@ def find_area(
     aim = Aim(problem, target, settings, loose, search, branch, solver, work, side)
     if known and aim.met(known[-1]):
         return _again(aim, known[-1])
-    if target > NEARLY_FULL and problem.wall.bound == 0 and problem.open_boundary is None:
-        return find_nearly_full(aim)
     after = ahead = None
     if known:
         older = known[0] if len(known) == 2 else None
@@ -112,10 +110,14 @@ def find_area(
                 # On the way back contacts are held that long steps lose.
                 aim.saw_on_path(older, known[0])
                 ahead = older if aim.jumped_towards(known[0], older) else None
-    if target > LARGE and problem.open_boundary is None and after is ahead is None:
-        after = press_towards(aim, known)
-        if known and aim.met(known[0]) and not aim.rough_at(known[0].solution.residual):
-            return aim.done(known[0])
+    hard = problem.wall.bound == 0
+    if target > LARGE and problem.open_boundary is None and (hard or after is ahead is None):
+        if not (hard and target > LAST_POINTS):
+            after = press_towards(aim, known)
+            if known and aim.met(known[0]) and not aim.rough_at(known[0].solution.residual):
+                return aim.done(known[0])
+        if hard and not (known and aim.met(known[0])):
+            return find_nearly_full(aim)
     if not known:
         first, beyond = _apart(aim)
         after = after or beyond

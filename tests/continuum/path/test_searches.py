@@ -1,0 +1,138 @@
+"""What searches cost, in solves and transforms, for the states that slower ones find."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuum as c
+from continuum.measure.contact import Totals
+from continuum.model.grid import Grid
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace
+from continuum.model.surface import SelfAffine
+from continuum.model.surfaces import sine
+from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.path.equilibrium import equilibrium
+from continuum.path.loading import follow, solve
+from continuum.path.state import NOT_LOOKED, Control, Outcome, PathState, Search, not_looked_at
+from continuum.solve.solution import Settings
+from tests.problems import Rough
+
+SETTINGS = Settings(1e-7)
+
+
+def pairs(state: PathState) -> float:
+    return state.search_pairs + state.solution.fft_pairs
+
+
+@pytest.mark.parametrize(
+    "wall",
+    [LennardJonesSpline(0.0), LennardJonesSpline(adhesion_length=0.005), LennardJonesSpline(adhesion_length=0.05),
+     InversePowers((9, 3), adhesion_length=0.005), Exponential(0.005, 0.3, 2.0), HardWall()],
+    ids=repr,
+)  # fmt: skip
+@pytest.mark.parametrize("target", [0.8, 0.95, 0.99])
+def test_a_large_area_is_found_at_the_price_of_a_few_solves(wall: Wall, target: float) -> None:
+    """From rest, with the last solve, in solves from rest at its mean gap, whose state it is.
+
+    Here, with one coarser grid, 1.9 to 4.3, where 3 to 20 had been searched by mean gap; 1.5 to 3.8 on 256 x 256 points.
+    """
+    grid = Grid.square(128)
+    heights = SelfAffine(0.8, 0.1, 8, 64).synthesise(grid, np.random.default_rng(2))
+    problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
+    found = solve(problem, "repulsive-area", target, SETTINGS).require()
+    alone = solve(problem, "mean-gap", found.mean_gap, SETTINGS).require()
+    assert pairs(found) <= 4.5 * alone.solution.fft_pairs
+    assert abs(found.totals.area_rep - target) <= 0.01 * (1 - target) * (1 + 1e-9)
+    assert alone.totals.area_rep == pytest.approx(found.totals.area_rep, abs=1.5 / grid.size)
+
+
+def test_a_large_area_of_a_wall_that_yields_lies_below_its_hardness() -> None:
+    """Pressures beyond it, where all of the surface yields, are not tried."""
+    problem = Rough(32, hard=True).problem(HardWall(hardness=0.08))
+    for target in (0.6, 0.9):
+        found = solve(problem, "repulsive-area", target, SETTINGS, search=Search(0.05)).require()
+        assert found.load < 0.08
+        assert abs(found.totals.area_rep - target) <= 0.05 * (1 - target) * (1 + 1e-9)
+
+
+def test_a_jump_on_a_line_costs_some_times_its_far_end() -> None:
+    """A line has no boxes, and its solves over a jump are long: they are stopped once they have gone over.
+
+    Found are both sides: the one before holds, and what is next to it goes over.
+    """
+    grid = Grid((1, 1024), (1.0, 1024.0))
+    heights = SelfAffine(0.35, 0.03, 4, 512).synthesise(grid, np.random.default_rng(1))
+    problem = ContactProblem(grid, LennardJonesSpline(adhesion_length=0.025), heights, HalfSpace("clamped"))
+    settings = Settings(3e-8)
+    found = solve(problem, "repulsive-area", 0.05, settings)
+    assert found.outcome is Outcome.JUMPED_OVER
+    beyond = found.beyond
+    assert beyond is not None
+    assert found.totals.area_rep < 0.05 < beyond.totals.area_rep
+    assert 0 < found.mean_gap - beyond.mean_gap <= 1e-3 * heights.std()
+    assert max(found.solution.residual, beyond.solution.residual) <= 2 * settings.tolerance
+    assert pairs(found) < 9 * beyond.solution.fft_pairs
+    strictly = Settings(3e-8, warm_grids=0)
+    held = solve(problem, "mean-gap", found.mean_gap, strictly, found.gap).require()
+    assert held.totals.area_rep == found.totals.area_rep
+    over = solve(problem, "mean-gap", beyond.mean_gap, strictly, found.gap).require()
+    assert over.totals.area_rep == pytest.approx(beyond.totals.area_rep, abs=1.5 / grid.size)
+
+
+def test_a_way_of_jumps_finds_those_of_short_steps_in_fewer_solves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wave that snaps in and lets go: a steep path takes no short steps, and a jump is halved from both sides."""
+    tried = list[float]()
+
+    def watched(problem: ContactProblem, control: Control, target: float, *given: Any) -> PathState:
+        tried.append(round(target, 9))
+        return equilibrium(problem, control, target, *given)
+
+    monkeypatch.setattr("continuum.path.walk.equilibrium", watched)
+    grid = Grid((64, 8), (64.0, 8.0))
+    problem = ContactProblem(
+        grid, LennardJonesSpline(adhesion_length=0.05), sine(grid, 1.0, (1, 0)), HalfSpace("clamped")
+    )
+    resolution, most = 0.01, 140
+    search = Search(event_resolution=resolution, event_threshold=0.02)
+    states = list(follow(problem, "mean-gap", [3.2, 2.9, 3.3], Settings(1e-8), (), search))
+    events = [event for state in states for event in state.events]
+    assert [event.kind for event in events] == ["jump-in", "pull-off"]
+    assert len(tried) == sum(state.search_solves + 1 for state in states[1:])
+    assert len(tried) < most
+    for event, at in zip(events, (2.9, 3.3), strict=True):
+        # Short steps from before the bracket through it: one jump, inside, by as much.
+        low, high = event.before.value, event.after.value
+        assert abs(high - low) <= resolution
+        steps = np.linspace(3.2 if at == 2.9 else 2.9, high, 61)
+        fine = list(follow(problem, "mean-gap", steps, Settings(1e-8), states[:1] if at == 2.9 else states[1:2]))
+        change = np.abs(np.diff([state.load for state in fine]))
+        i = int(change.argmax())
+        assert min(low, high) - 0.006 <= min(steps[i : i + 2]) and max(steps[i : i + 2]) <= max(low, high) + 0.006
+        assert change[i] == pytest.approx(abs(event.after.load - event.before.load), rel=0.2)
+
+
+@pytest.mark.parametrize(("adhesion", "resolution", "said"), [(0.05, None, 1), (0.05, 0.1, 0), (0.0, None, 0)])
+def test_a_way_back_in_long_steps_says_what_was_not_looked_at(
+    adhesion: float, resolution: float | None, said: int
+) -> None:
+    problem = Rough(32, lambda_s=8.0).problem()
+    contact = c.Contact(problem.heights, c.LennardJonesSpline(adhesion_length=adhesion))
+    there = float(problem.heights.std()) * 1.5 + 1
+    path = contact.path(mean_gap=[there, there + 0.4], event_resolution=resolution)
+    text = str(path.sheet())
+    assert text.count(NOT_LOOKED) == said
+    assert text.count("event_resolution") == said
+
+
+def test_only_long_steps_back_that_were_not_looked_at_are_said() -> None:
+    nothing = Totals(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    totals = replace(nothing, area_rep=0.1, area_att=0.2)
+    points = [("retract", totals, False), ("retract", totals, False), ("retract", nothing, True),
+              ("approach", totals, False), ("retract", nothing, False)]  # fmt: skip
+    assert not_looked_at(points, 0.01) == [False, False, False, False, True]
+    assert not_looked_at([], 0.01) == []
