@@ -20,6 +20,7 @@ from scipy.special import erfinv
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.aim import Aim
+from continuum.path.secant import lowest_height
 from continuum.path.state import Control, Outcome, PathState, nearness, numbers
 
 FIRST = 0.5
@@ -73,8 +74,9 @@ def press_towards(aim: Aim, known: list[PathState]) -> PathState | None:
         if not 0 < at < problem.wall.hardness:
             break
         if last is not None and abs(wanted - now.argument) < abs(now.argument - last.argument):
-            # Close to both the mean gap does as well, whose solves are cheaper.
-            at, control = now.gap_at(wanted, last), nearness(problem)
+            # Close to both the mean gap does as well, whose solves are cheaper; a hard wall may leave none.
+            gap = now.gap_at(wanted, last)
+            at, control = (gap, nearness(problem)) if gap > lowest_height(problem) else (at, control)
         near, start = aim.adhesive and attempt > 2, known[0].gap if known else None
         state = aim.trial(at, aim.loose, start, near=near, control=control)
         if not state.status.ok:

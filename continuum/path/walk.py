@@ -27,15 +27,15 @@ STEADY = 0.75
 class _Way:
     """The steps of a way: where it stands, how far it goes at once, and beyond what it expects something to happen.
 
-    Expected is that the contact changes on as it did on the last step; only what departs from that by more than the
-    threshold may be a jump.  So it is a bent path that needs short steps, not a steep one.
+    Expected is that the contact changes on as it did on the last step, or not at all; only what departs from both by
+    more than the threshold may be a jump.  So it is a bent path that needs short steps, not a steep one.
     """
 
     def __init__(self, here: float, target: float, search: Search) -> None:
         self.here, self.target, self.search = here, target, search
         self.resolution = search.event_resolution or 0.0
         self.stride, self.last, self.width = target - here, np.zeros(3), np.inf
-        self.wider, self.bound = np.inf, self.resolution
+        self.wider, self.bound, self.reach = np.inf, self.resolution, 0.0
         self.far: tuple[float, Real] | None = None
 
     def next(self) -> float:
@@ -49,7 +49,7 @@ class _Way:
     def departs(self, change: Real, at: float) -> float:
         """How far the change of a contact from here departs from what is expected, as a fraction of A0."""
         expected = self.last * min(abs(at - self.here) / self.width, GROWTH)
-        return float(np.abs(change - expected).max())
+        return float(np.minimum(np.abs(change), np.abs(change - expected)).max())
 
     def refuse(self, at: float, change: Real, moved: float, *, turns: bool) -> bool:
         """Whether what happens before ``at`` has to be looked at nearer: then it is remembered."""
@@ -63,16 +63,20 @@ class _Way:
     def go(self, at: float, change: Real, moved: float) -> bool:
         """Go on from there; whether that was a jump."""
         departs, threshold = self.departs(change, at), self.search.event_threshold
-        jumped = departs > threshold and not moved < STEADY * self.wider
+        jumped, step = departs > threshold and not moved < STEADY * self.wider, at - self.here
         if self.far is not None and at != self.far[0]:
-            self.far = self.far[0], self.far[1] - change
+            self.far, self.reach = (self.far[0], self.far[1] - change), max(self.reach, abs(step))
         else:
             if self.far is None and not jumped:
-                growth = SAFETY * (threshold / departs) ** 0.5 if departs > 0 else GROWTH
-                self.stride = (at - self.here) * min(growth, GROWTH)
-            self.far, self.wider = None, np.inf
+                growth = min(SAFETY * (threshold / departs) ** 0.5, GROWTH) if departs > 0 else GROWTH
+                self.stride = growth * step
+            else:
+                # Beyond what has been bracketed steps are as long as before it.
+                longest = min(abs(self.stride), GROWTH * max(self.reach, abs(step)))
+                self.stride = float(np.copysign(longest, step))
+            self.far, self.wider, self.reach = None, np.inf, 0.0
         if not jumped:
-            self.last, self.width = change, abs(at - self.here)
+            self.last, self.width = change, abs(step)
         self.here = at
         return jumped
 
