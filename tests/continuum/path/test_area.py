@@ -51,24 +51,6 @@ def test_an_area_is_met_up_to_full_contact_or_said_not_to_be(wall: Wall, target:
         assert state.outcome in (Outcome.JUMPED_OVER, Outcome.NOT_FOUND)
 
 
-@pytest.mark.parametrize("wall", WALLS, ids=repr)
-@pytest.mark.parametrize("target", [0.75, 0.9, 0.97])
-def test_large_areas_are_found_under_every_wall(wall: Wall, target: float) -> None:
-    """Under a soft wall these lie below the gap at which its traction vanishes, where the search once ended."""
-    problem = Rough(64).problem(wall)
-    state = solve(problem, "repulsive-area", target, Settings(1e-7), search=Search(area_tolerance=0.05))
-    if wall == LennardJonesSpline(adhesion_length=0.05) and state.outcome is Outcome.JUMPED_OVER:
-        assert state.beyond.totals.area_rep > target > state.totals.area_rep
-        return
-    state.require()
-    assert abs(state.totals.area_rep - target) <= allowed(target, problem.grid.size, 0.05)
-    if target == 0.97 and wall.law is not None:
-        assert state.mean_gap < wall.zero_gap
-    # The same gap, given, is the same state.
-    again = solve(problem, "mean-gap", state.mean_gap, Settings(1e-7), start=state.gap)
-    assert again.totals.area_rep == pytest.approx(state.totals.area_rep, abs=1.5 / problem.grid.size)
-
-
 def test_what_is_left_of_a_hard_contact_is_met_relative_to_itself() -> None:
     """The case that was found: an area of 0.999 returned 0.9926."""
     problem = Rough(64).problem(HardWall())

@@ -39,7 +39,7 @@ def pairs(state: PathState) -> float:
 def test_a_large_area_is_found_at_the_price_of_a_few_solves(wall: Wall, target: float) -> None:
     """From rest, with the last solve, in solves from rest at its mean gap, whose state it is.
 
-    Here, with one coarser grid, 1.9 to 4.3, where 3 to 20 had been searched by mean gap; 1.5 to 3.8 on 256 x 256 points.
+    Here, with one coarser grid, up to 4.2; by mean gap it would be 6 to 11.  On 256 x 256 points it is at most 3.8.
     """
     grid = Grid.square(128)
     heights = SelfAffine(0.8, 0.1, 8, 64).synthesise(grid, np.random.default_rng(2))
@@ -49,6 +49,8 @@ def test_a_large_area_is_found_at_the_price_of_a_few_solves(wall: Wall, target: 
     assert pairs(found) <= 4.5 * alone.solution.fft_pairs
     assert abs(found.totals.area_rep - target) <= 0.01 * (1 - target) * (1 + 1e-9)
     assert alone.totals.area_rep == pytest.approx(found.totals.area_rep, abs=1.5 / grid.size)
+    if target == 0.99 and wall.law is not None:
+        assert found.mean_gap < wall.zero_gap
 
 
 def test_a_large_area_of_a_wall_that_yields_lies_below_its_hardness() -> None:
@@ -97,7 +99,7 @@ def test_a_way_of_jumps_finds_those_of_short_steps_in_fewer_solves(monkeypatch: 
     problem = ContactProblem(
         grid, LennardJonesSpline(adhesion_length=0.05), sine(grid, 1.0, (1, 0)), HalfSpace("clamped")
     )
-    resolution, most = 0.01, 140
+    resolution, most = 0.01, 110
     search = Search(event_resolution=resolution, event_threshold=0.02)
     states = list(follow(problem, "mean-gap", [3.2, 2.9, 3.3], Settings(1e-8), (), search))
     events = [event for state in states for event in state.events]
@@ -112,7 +114,8 @@ def test_a_way_of_jumps_finds_those_of_short_steps_in_fewer_solves(monkeypatch: 
         fine = list(follow(problem, "mean-gap", steps, Settings(1e-8), states[:1] if at == 2.9 else states[1:2]))
         change = np.abs(np.diff([state.load for state in fine]))
         i = int(change.argmax())
-        assert min(low, high) - 0.006 <= min(steps[i : i + 2]) and max(steps[i : i + 2]) <= max(low, high) + 0.006
+        assert min(low, high) - 0.006 <= min(steps[i : i + 2])
+        assert max(steps[i : i + 2]) <= max(low, high) + 0.006
         assert change[i] == pytest.approx(abs(event.after.load - event.before.load), rel=0.2)
 
 
