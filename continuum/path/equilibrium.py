@@ -92,7 +92,7 @@ def equilibrium(
     return state_of(problem, control, target, branch, solution)
 
 
-def shifted(problem: ContactProblem, control: Control, state: PathState, target: float) -> Real:
+def moved_rigidly(problem: ContactProblem, control: Control, state: PathState, target: float) -> Real:
     """Gap of a state moved rigidly; where the mean displacement is held or free, the solver does that by itself."""
     if control == "separation" and np.isfinite(problem.mean_stiffness) and problem.open_boundary is None:
         return state.gap + (target - coordinate(control, state))

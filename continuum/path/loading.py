@@ -15,7 +15,7 @@ from continuum.arguments import ArgumentError, field
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.area import find_area
-from continuum.path.equilibrium import equilibrium, shifted, solver_of
+from continuum.path.equilibrium import equilibrium, moved_rigidly, solver_of
 from continuum.path.state import (
     YIELDS,
     Branch,
@@ -135,7 +135,7 @@ def follow(
         elif good and search.event_resolution is not None and problem.wall.work_of_adhesion > 0:
             state = walk(here, control, target, settings, good, branch, search, solver)
         else:
-            start = shifted(here, control, good[-1], target) if good else None
+            start = moved_rigidly(here, control, good[-1], target) if good else None
             state = equilibrium(here, control, target, settings, start, branch, solver)
             del start
         state = replace(state, imprint=imprint)

@@ -11,7 +11,7 @@ from continuum.measure.contact import Totals, totals_of
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.aim import loosened
-from continuum.path.equilibrium import equilibrium, shifted
+from continuum.path.equilibrium import equilibrium, moved_rigidly
 from continuum.path.state import Branch, Control, Event, Outcome, PathState, Search, coordinate, event
 from continuum.solve.solution import Closer, Settings
 from continuum.solve.solver import Solver
@@ -111,7 +111,7 @@ def walk(
         at, before = way.next(), good[-1]
         worth = partial(_worth, problem, before.totals, way, at)
         closer = Closer(settings.tolerance, worth)
-        start = shifted(problem, control, before, at)
+        start = moved_rigidly(problem, control, before, at)
         trial = equilibrium(problem, control, at, loosened(settings), start, branch, solver, closer)
         del start
         settings = replace(settings, warm_grids=0)
