@@ -79,8 +79,10 @@ lint: .venv/installed-dev
 	  { echo "stickiness needs Python 3.11 or later: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 2; }
 	$(PYTHON) -m venv $(@:/bin/python=)
 
+# The solver is compiled here, by a small run, and not in the middle of the first one.
 .venv/installed: pyproject.toml | .venv/bin/python
 	$(BIN)/python -m pip install --quiet --no-compile --editable .
+	$(BIN)/continuum run inputs/smoke/adhesive.toml -o .venv/compiled --force > .venv/compiled.txt
 	@touch $@
 
 .venv/installed-dev: pyproject.toml | .venv/bin/python

@@ -11,6 +11,7 @@ import os
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
+from inspect import isfunction
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self, TypeVar, cast, get_args, get_origin
 
@@ -31,8 +32,8 @@ Key = tuple[str | int, ...]
 """Where a value stands: names of tables and keys, and indices of arrays."""
 LARGEST_N = 65536
 """Points or atoms along a side, at most."""
-STRICT = ConfigDict(strict=True, allow_inf_nan=False)
-"""Numbers are no texts and no booleans, and all of them are finite."""
+STRICT = ConfigDict(strict=True, allow_inf_nan=False, defer_build=True)
+"""Numbers are no texts and no booleans, and all of them are finite.  A table is compiled when it is first read."""
 _Method = TypeVar("_Method", bound=Callable[..., Iterator["Fault"]])
 
 
@@ -80,7 +81,7 @@ class Table(BaseModel):
     @classmethod
     def __pydantic_init_subclass__(cls, **options: Any) -> None:
         super().__pydantic_init_subclass__(**options)
-        members = (method for base in reversed(cls.__mro__) for method in vars(base).values())
+        members = filter(isfunction, (member for base in reversed(cls.__mro__) for member in list(vars(base).values())))
         cls.constraints = tuple(method for method in members if getattr(method, "_is_check", False))
 
     @property
@@ -150,6 +151,8 @@ class TableFamily(Table):
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         if not cls.is_family():
             return handler(schema)
+        for kind in cls.kinds.values():
+            kind.model_rebuild()
         kinds = {name: kind.__pydantic_core_schema__ for name, kind in cls.kinds.items()}
         return handler(core_schema.tagged_union_schema(dict(kinds), discriminator=cls.kind_key))
 

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from typing import Literal, Self
 
 import numpy as np
-import scipy.constants
+import scipy
 
-ANGSTROM: float = scipy.constants.angstrom
+ANGSTROM = 1e-10
 """One ångström, in m."""
-GPA_PER_EV_PER_A3: float = scipy.constants.electron_volt / ANGSTROM**3 / scipy.constants.giga
+_EV, _GIGA = 1.602176634e-19, 1e9  # the electronvolt in J is exact by the definition of the SI
+GPA_PER_EV_PER_A3 = _EV / ANGSTROM**3 / _GIGA
 """160.2177: a pressure of 1 eV/Å³ in GPa."""
 
 Quantity = Literal[
@@ -68,7 +69,7 @@ class Units:
     def metal(cls, a0: float, contact_modulus: float, mass: float | None = None) -> Self:
         """Units from a0 in Å, E* in eV/Å³ and a mass in g/mol: LAMMPS' ``units metal`` but for its pressure."""
         kilograms = None if mass is None else mass * scipy.constants.atomic_mass
-        return cls(a0 * ANGSTROM, contact_modulus * GPA_PER_EV_PER_A3 * scipy.constants.giga, kilograms)
+        return cls(a0 * ANGSTROM, contact_modulus * GPA_PER_EV_PER_A3 * _GIGA, kilograms)
 
     def si(self, quantity: Quantity | Motion) -> float:
         """Size of the reduced unit in SI: m, m², Pa, Pa/m, J/m², N/m, N, J; s, m/s and K.
@@ -89,7 +90,7 @@ class Units:
     def ev_angstrom(self, quantity: Quantity) -> float:
         """Size of the reduced unit in eV and Å: Å, Å², eV/Å³, eV/Å⁴, eV/Å², eV/Å², eV/Å, eV."""
         i, j = _POWERS[quantity]
-        modulus = self.contact_modulus / scipy.constants.giga / GPA_PER_EV_PER_A3
+        modulus = self.contact_modulus / _GIGA / GPA_PER_EV_PER_A3
         return float(modulus**i * (self.a0 / ANGSTROM) ** j)
 
     def to_si(self, value: float, quantity: Quantity | Motion) -> float:
@@ -97,13 +98,13 @@ class Units:
 
 
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "A": ANGSTROM, "pm": 1e-12}
-_EV_PER_A = scipy.constants.electron_volt / ANGSTROM
-_EV_PER_A2 = scipy.constants.electron_volt / ANGSTROM**2
+_EV_PER_A = _EV / ANGSTROM
+_EV_PER_A2 = _EV / ANGSTROM**2
 # Sizes in SI of the known units; those for printing come first.
 _UNITS: dict[Quantity | Motion, Mapping[str, float]] = {
     "length": _LENGTHS,
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/m2": 1.0,
-                 "eV/A3": GPA_PER_EV_PER_A3 * scipy.constants.giga},
+                 "eV/A3": GPA_PER_EV_PER_A3 * _GIGA},
     "energy_per_area": {"J/m2": 1.0, "mJ/m2": 1e-3, "N/m": 1.0, "mN/m": 1e-3, "erg/cm2": 1e-3, "eV/A2": _EV_PER_A2},
     "force": {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "nN": 1e-9, "pN": 1e-12, "eV/A": _EV_PER_A},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "ps": 1e-12, "fs": 1e-15},

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from continuum.arguments import ArgumentError, array, count, field, instance, number, pair
 from continuum.model.fourier import Real
@@ -213,7 +213,7 @@ def slipped(slab: Slab, displacements: Real) -> NDArray[np.bool_]:
     period = np.array([*slab.shape, 0.0])  # none across
     at = sites + displacements[lost]
     at[:, :2] %= period[:2]
-    pairs = KDTree(at, boxsize=period).query_pairs(LOST, output_type="ndarray")
+    pairs = scipy.spatial.KDTree(at, boxsize=period).query_pairs(LOST, output_type="ndarray")
     before = sites[pairs[:, 0]] - sites[pairs[:, 1]]
     before[:, :2] -= period[:2] * np.rint(before[:, :2] / period[:2])
     gained = np.zeros(len(sites), np.bool_)

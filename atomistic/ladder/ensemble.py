@@ -19,7 +19,7 @@ from importlib import resources
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from atomistic.config.validate import BoundTable, CaseTable, Compared, ValidateConfig
 
@@ -72,7 +72,7 @@ def limit(coefficients: Mapping[str, Mapping[int, float]], surfaces: int) -> tup
     found = {}
     for crystal, by_seed in coefficients.items():
         logs = np.log(list(by_seed.values()))
-        quantile = float(stats.t.ppf(1 - RARE / surfaces, len(logs) - 1))
+        quantile = float(scipy.stats.t.ppf(1 - RARE / surfaces, len(logs) - 1))
         found[crystal] = float(np.exp(logs.mean() + quantile * logs.std(ddof=1) * np.sqrt(1 + 1 / len(logs))))
     largest = max(found, key=lambda crystal: found[crystal])
     return found[largest], largest

@@ -14,7 +14,7 @@ LAMMPS moves the crystal as atoms of a second type, which have no forces among t
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.model import Model
@@ -142,7 +142,7 @@ def energy_of_flat_halves(distance: float, spacing: float = 1.0, commensurate: b
 
 def flat_halves(spacing: float = 1.0, commensurate: bool = True) -> tuple[float, float]:
     """Equilibrium distance of flat halves, in a0, and their work of adhesion, in ε/a0²."""
-    found = minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         energy_of_flat_halves,
         bounds=(0.5, 1.2),
         args=(spacing, commensurate),

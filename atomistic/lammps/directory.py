@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-import scipy.constants
+import scipy
 from numpy.typing import NDArray
 
 import continuum

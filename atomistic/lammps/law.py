@@ -5,6 +5,8 @@ tolerance allows, whose coefficients LAMMPS looks up by the number of the piece 
 independent of their number.  The remaining error is measured and written into the deck.
 """
 
+from __future__ import annotations
+
 import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, PPoly
+import scipy
 
 from atomistic.lammps.language import formatted, vector
 from continuum.model.fourier import Real
@@ -191,7 +193,7 @@ LAWS: dict[type[Wall], Callable[[Any, float], NativeLaw]] = {
 """Functions that write each law for LAMMPS.  Decks of these laws are read again by the name of the class."""
 
 
-def _pieces(wall: TabulatedWall, tolerance: float) -> tuple[PPoly, float]:
+def _pieces(wall: TabulatedWall, tolerance: float) -> tuple[scipy.interpolate.PPoly, float]:
     """Cubic pieces of equal length with the values and slopes of a table at their ends, and their largest error in E*.
 
     The number grows by a quarter until the tolerance is reached, up to that of an equidistant table itself or
@@ -212,12 +214,12 @@ def _pieces(wall: TabulatedWall, tolerance: float) -> tuple[PPoly, float]:
         count += max(1, count // 4)
 
 
-def _hermite(wall: TabulatedWall, count: int) -> PPoly:
+def _hermite(wall: TabulatedWall, count: int) -> scipy.interpolate.PPoly:
     """Cubic pieces of equal length with the values and slopes of a table at their ends."""
     x = np.linspace(wall.gap[0], wall.gap[-1], count + 1)
     law = wall.evaluate(np.minimum(x, np.nextafter(wall.gap[-1], 0)))  # beyond the last row the law is zero
-    spline = CubicHermiteSpline(x, np.append(law.traction[:-1], 0.0), -law.stiffness)
-    return PPoly(spline.c, spline.x)
+    spline = scipy.interpolate.CubicHermiteSpline(x, np.append(law.traction[:-1], 0.0), -law.stiffness)
+    return scipy.interpolate.PPoly(spline.c, spline.x)
 
 
 def wall_table(wall: Wall, tolerance: float = TOLERANCE) -> str:

@@ -4,6 +4,8 @@ The plugin is one file of C++, ``atomistic/plugin/heightmap.cpp``.  A deck conta
 compiler here built for the installed LAMMPS; for another LAMMPS the same command builds it with its headers.
 """
 
+from __future__ import annotations
+
 import importlib.metadata
 import importlib.util
 import os
@@ -15,7 +17,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import PPoly
+import scipy
 
 from atomistic.lammps.language import formatted
 from atomistic.lammps.shape import Shape, map_of
@@ -122,7 +124,7 @@ def wall_map(wall: Wall, shape: Shape | None, size: tuple[int, int]) -> str:
     return "\n".join([*lines, *(" ".join(map(formatted, row)) for row in rows)]) + "\n"
 
 
-def pieces_of_law(wall: Wall) -> PPoly:
+def pieces_of_law(wall: Wall) -> scipy.interpolate.PPoly:
     """Cubic pieces of the traction of a law, from its core to its end, halved until they are accurate.
 
     A table consists of its own pieces.  Tractions in E*, gaps in a0, to :data:`PRECISION`.
@@ -146,7 +148,7 @@ def pieces_of_law(wall: Wall) -> PPoly:
         x = np.sort(np.concatenate([x, (x[:-1] + x[1:])[bad] / 2]))
 
 
-def _hermite(wall: Wall, x: Real) -> PPoly:
+def _hermite(wall: Wall, x: Real) -> scipy.interpolate.PPoly:
     """Cubic pieces with the values and slopes of a law at their ends, each side of a kink with its own."""
     low, high = np.nextafter(x[:-1], np.inf), np.nextafter(x[1:], -np.inf)
     first, last = wall.evaluate(low), wall.evaluate(high)
@@ -157,4 +159,4 @@ def _hermite(wall: Wall, x: Real) -> PPoly:
     c[0] = (slope + end - 2 * rise) / length**3
     c[1] = (3 * rise - 2 * slope - end) / length**2
     c[2], c[3] = -first.stiffness, first.traction
-    return PPoly(c, x)
+    return scipy.interpolate.PPoly(c, x)

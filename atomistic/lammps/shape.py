@@ -18,7 +18,7 @@ from math import factorial
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from scipy.interpolate import NdBSpline, make_interp_spline
+import scipy
 
 from atomistic.lammps.language import atom_variable, formatted, vector
 from continuum.arguments import ArgumentError, count, flag, pair
@@ -180,14 +180,14 @@ class HeightSpline:
     heights: Real = field(repr=False)
 
     @cached_property
-    def _spline(self) -> NdBSpline:
+    def _spline(self) -> scipy.interpolate.NdBSpline:
         coefficients, knots = np.pad(self.heights, ((0, 1), (0, 1)), mode="wrap"), []
         for axis in (0, 1):
             at = np.arange(coefficients.shape[axis], dtype=np.float64)
-            along = make_interp_spline(at, coefficients, k=_DEGREE, bc_type="periodic", axis=axis)
+            along = scipy.interpolate.make_interp_spline(at, coefficients, k=_DEGREE, bc_type="periodic", axis=axis)
             knots.append(along.t)
             coefficients = np.moveaxis(along.c, 0, axis)
-        return NdBSpline((knots[0], knots[1]), coefficients, _DEGREE)
+        return scipy.interpolate.NdBSpline((knots[0], knots[1]), coefficients, _DEGREE)
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
         at = np.stack([np.mod(v, n) for v, n in zip((x, y), self.heights.shape, strict=True)], axis=-1)

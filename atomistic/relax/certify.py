@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import fft
 
 from atomistic.lammps.earlier import finished_steps
 from atomistic.lammps.result import DeckError, DeckResult, read_result
@@ -203,8 +203,8 @@ def _lowest(found: DeckResult, softening: Real, hessian: Callable[[Real], Real])
     shift = float(softening.max()) + float(down[0])
 
     def smooth(v: Real) -> Real:
-        spectrum = fft.fft2(fft.dct(v, type=4, axis=0, norm="ortho"), axes=(1, 2)) / (stiffness + shift)
-        smoothed: Real = fft.dct(fft.ifft2(spectrum, axes=(1, 2)).real, type=4, axis=0, norm="ortho")
+        spectrum = scipy.fft.fft2(scipy.fft.dct(v, type=4, axis=0, norm="ortho"), axes=(1, 2)) / (stiffness + shift)
+        smoothed: Real = scipy.fft.dct(scipy.fft.ifft2(spectrum, axes=(1, 2)).real, type=4, axis=0, norm="ortho")
         return smoothed
 
     # Some of all directions, so that none is missed by symmetry.

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from atomistic.lammps.protocol import BLOCKS
 from continuum.model.fourier import Real
@@ -48,10 +48,10 @@ class WindowMean:
             return cls(mean, error, count, 0.0, False, 1.0, False)
         among = float(np.var(values, ddof=1))
         # Two estimates of one variance, with count - 1 degrees of freedom, and with BLOCKS - 2 in each window.
-        rare = within == 0 or float(stats.f.sf(among / within, count - 1, (BLOCKS - 2) * count)) < RARE
+        rare = within == 0 or float(scipy.stats.f.sf(among / within, count - 1, (BLOCKS - 2) * count)) < RARE
         drift, drifts = 0.0, False
         if count > 2:
-            line = stats.linregress(np.arange(count), values)
+            line = scipy.stats.linregress(np.arange(count), values)
             drift, drifts = float(line.slope * (count - 1)), bool(line.pvalue < RARE)
         scatter = float(np.sqrt(among / within)) if within else np.inf
         return cls(mean, max(error, correlated_error(values)), count, drift, drifts, scatter, rare)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import singledispatch
 
 import numpy as np
-from scipy.optimize import root
+import scipy
 
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.interatomic import Springs
@@ -144,7 +144,7 @@ def relaxation(model: Model, mobile: int) -> Real:
             at[:layers, 2] += rise
             return cell.evaluate(at * model.length)[1][:layers, 2] * (model.length / model.energy)
 
-        found = root(forces, np.zeros(layers), tol=1e-13, method="hybr")
+        found = scipy.optimize.root(forces, np.zeros(layers), tol=1e-13, method="hybr")
         left = float(np.abs(forces(found.x)).max())
     if not left < 1e-9:
         msg = f"the surface relaxation did not converge: forces of {left:.1e} E* a0² are left ({model.reference})"

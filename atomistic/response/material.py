@@ -5,7 +5,7 @@ constants: an fcc crystal is a Bravais lattice, so that its atoms follow the str
 """
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from atomistic.crystal.model import Crystal, CrystalModel, Model, Potential, is_model
 from atomistic.crystal.potentials import PotentialError
@@ -153,7 +153,7 @@ class _Strained(Cell):
                 f"{self._potential.reference}"
             )
         return float(
-            brentq(
+            scipy.optimize.brentq(
                 lambda edge: float(self.pressed(edge * self._box).sum()),
                 edges[i - 1],
                 edges[i + 1],
@@ -164,7 +164,7 @@ class _Strained(Cell):
 
     def lowest(self, volume: float) -> float:
         """Lowest energy per atom between 0.7 and 1.6 times a volume per atom."""
-        found = minimize_scalar(
+        found = scipy.optimize.minimize_scalar(
             lambda v: self.energy(self._edge(v) * self._box),
             bounds=(0.7 * volume, 1.6 * volume),
             method="bounded",

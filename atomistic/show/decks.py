@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import scipy.constants
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 

@@ -29,7 +29,7 @@ from continuum.app.opened import OpenedMap, answer, safe_name
 from continuum.app.states import OpenedResults, is_stored
 from continuum.errors import InputError
 from continuum.show.plot import contact_colours, map_colours, written_as
-from continuum.sticky.materials import MATERIALS
+from continuum.sticky.materials import materials
 
 LARGEST = 200_000_000
 """Largest upload, in bytes."""
@@ -180,7 +180,7 @@ class _Static(_Handler):
         if name in _PAGES:
             opened, results = self.view.opened, self.view.results
             known: dict[str, Any] = {
-                "materials": sorted(MATERIALS),
+                "materials": sorted(materials()),
                 "opened": opened.shown if opened is not None else "",
             }
             if results is not None:

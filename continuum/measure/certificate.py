@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from continuum.measure.outline import Mask
 from continuum.model.eigenvalue import lowest_eigenvalue
@@ -242,7 +242,7 @@ def _whole(stiffness_q: Real, ny: int, mean: float | None = None) -> Real:
 
 
 def _product(spectrum: Real, values: Real) -> Real:
-    product: Real = fft.ifft2(spectrum * fft.fft2(values)).real
+    product: Real = scipy.fft.ifft2(spectrum * scipy.fft.fft2(values)).real
     return product
 
 

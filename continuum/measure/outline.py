@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import ndimage, sparse
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -145,13 +145,13 @@ def patches(grid: Grid, inside: Mask) -> Patches:
     """
     inside = mask_on_grid(grid, inside)
     labels = np.zeros(grid.shape, dtype=np.int32)
-    found = ndimage.label(inside, output=labels)
+    found = scipy.ndimage.label(inside, output=labels)
     # Patches that meet over the seam are one: components of the graph of such meetings, node 0 being the outside.
     first = np.concatenate([labels[0], labels[:, 0]])
     last = np.concatenate([labels[-1], labels[:, -1]])
     meet = (first > 0) & (last > 0)
-    graph = sparse.coo_array((np.ones(int(meet.sum())), (first[meet], last[meet])), shape=(found + 1, found + 1))
-    count, number = sparse.csgraph.connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_array((np.ones(int(meet.sum())), (first[meet], last[meet])), shape=(found + 1, found + 1))
+    count, number = scipy.sparse.csgraph.connected_components(graph, directed=False)
     if count <= found:
         labels = np.asarray(number, dtype=np.int32)[labels]
     # Counted on the cells inside only, which are few.

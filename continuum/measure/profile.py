@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from continuum.measure.outline import Mask, mask_on_grid
 from continuum.model.fourier import Real
@@ -92,7 +92,9 @@ def _outside(grid: Grid, gap: Real, inside: Mask, farthest: float) -> Iterator[t
     # With a margin of the images, distances up to it are those of the periodic map.  Indices instead of distances:
     # these would take several arrays of the whole map.
     padded = np.pad(~inside, [(m, m) for m in margin], mode="wrap")
-    nearest = ndimage.distance_transform_edt(padded, sampling=(dx, dy), return_distances=False, return_indices=True)
+    nearest = scipy.ndimage.distance_transform_edt(
+        padded, sampling=(dx, dy), return_distances=False, return_indices=True
+    )
     columns = slice(margin[1], margin[1] + ny)
     y = np.arange(ny) + margin[1]
     for start in range(0, nx, _ROWS):

@@ -14,7 +14,7 @@ Wang, J. Acoust. Soc. Am. 112, 822 (2002)).
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from continuum.model.fourier import Real
 
@@ -82,7 +82,7 @@ def surface_stiffness(constants: CubicConstants, angle: Real, thickness: Real) -
 
     doublings = np.maximum(0, np.ceil(np.log2(thickness / _THINNEST))).astype(int)
     thin = thickness / 2.0**doublings
-    across = expm(stroh * thin[:, None, None])
+    across = scipy.linalg.expm(stroh * thin[:, None, None])
     a, b, c_, d = across[:, :3, :3], across[:, :3, 3:], across[:, 3:, :3], across[:, 3:, 3:]
     inverse_b = np.linalg.inv(b)
     # Forces on the upper and lower face: (top, cross; cross_below, bottom) times their displacements.

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse.linalg import LinearOperator, lobpcg
 
 from continuum.model.fourier import Real
 
@@ -49,11 +49,11 @@ def lowest_eigenvalue(
     shape, size = start.shape[1:], start[0].size
     products = 0
 
-    def operator(product: Product) -> LinearOperator:
+    def operator(product: Product) -> scipy.sparse.linalg.LinearOperator:
         def on_vector(v: NDArray[np.float64]) -> NDArray[np.float64]:
             return product(v.reshape(shape)).ravel()
 
-        return LinearOperator((size, size), matvec=on_vector, dtype=np.float64)
+        return scipy.sparse.linalg.LinearOperator((size, size), matvec=on_vector, dtype=np.float64)
 
     def one_more(field: Real) -> Real:
         nonlocal products
@@ -62,7 +62,7 @@ def lowest_eigenvalue(
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that it stopped at the last iteration is in the error
-        values, vectors = lobpcg(
+        values, vectors = scipy.sparse.linalg.lobpcg(
             operator(one_more), start.reshape(len(start), size).T.copy(), M=smooth and operator(smooth),
             largest=False, maxiter=iterations, tol=accuracy,
         )  # fmt: skip

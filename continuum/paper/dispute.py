@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from matplotlib.axes import Axes
 from pandas import DataFrame, Series
-from scipy.stats import t
 
 from continuum.files import output
 from continuum.measure.curve import adhesion
@@ -166,7 +166,7 @@ THEORIES = (
 def _mean(values: Sequence[float]) -> str:
     """Mean over surfaces and its 95 % interval, by Student's t."""
     found = np.array(values)
-    half = t.ppf(0.975, found.size - 1) * found.std(ddof=1) / np.sqrt(found.size) if found.size > 1 else 0.0
+    half = scipy.stats.t.ppf(0.975, found.size - 1) * found.std(ddof=1) / np.sqrt(found.size) if found.size > 1 else 0.0
     error = f" ± {half:.2f}" if found.size > 1 else ""
     return f"{found.mean():+.2f}{error}"
 

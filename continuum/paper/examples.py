@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from continuum.model.cubic import CubicConstants, directional_contact_modulus
 from continuum.model.walls import InversePowers, LennardJonesSpline
-from continuum.sticky.materials import MATERIALS, Body, interface
+from continuum.sticky.materials import Body, interface, materials
 from continuum.theory import paper, rough
 
 _SHELLS = 24
@@ -105,7 +105,7 @@ def _crystals() -> list[Example]:
         ),
     ]  # fmt: skip
     for name, about in (("mica", "mica on mica"), ("silicon", "bonded silicon wafers")):
-        material = MATERIALS[name]
+        material = materials()[name]
         contact = interface([Body(material=material), Body(material=material)])
         slope = _stick_slope(contact.adhesion_length, material.spacing or np.nan)
         found.append(
@@ -128,7 +128,9 @@ def _elastomers() -> list[Example]:
         return paper.maugis_parameter(paper.asperity_radius(4 * 0.1 / diameter), 5e-4, 1.0)
 
     modulus = paper.critical_modulus(slope, change(10e-9), work, reach)
-    widest = brentq(lambda d: paper.onset(slope, change(d), work / 0.1e6, reach) - 1, 1e-9, 1e-1, xtol=1e-12)
+    widest = scipy.optimize.brentq(
+        lambda d: paper.onset(slope, change(d), work / 0.1e6, reach) - 1, 1e-9, 1e-1, xtol=1e-12
+    )
     return [
         Example(
             "rubber", "E* that sticks, at most", "≲ 10 MPa", modulus / 1e6, "MPa",
@@ -143,7 +145,7 @@ def _elastomers() -> list[Example]:
         ),
         Example(
             "atomic solids, Suppl. S-I", "d_rep where λ_Maugis = 1", "close to a millimetre",
-            brentq(lambda d: maugis(d) - 1, 1, 1e9) * 0.3e-6,
+            scipy.optimize.brentq(lambda d: maugis(d) - 1, 1, 1e9) * 0.3e-6,
             "mm",
             "l_a = 5e-4 a0, h' = 0.1, Δr = a0 = 0.3 nm; λ grows as d_rep^(1/3), 1.8 at 1 mm: 'exceeds unity'",
         ),

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.special import ndtri
 
 from continuum import units
 from continuum.measure.contact import contact_map
@@ -144,7 +144,7 @@ def mending_figure(measured: Topography, judged: Topography) -> Figure:
         heights = topography.heights - topography.heights.mean()
         colour = plot.SERIES[5 if label == "as measured" else 0]
         bearing.plot(100 * share, np.quantile(heights, 1 - share) / unit, style, color=colour, label=label)
-    gaussian = judged.heights.std() * ndtri(1 - share) / unit
+    gaussian = judged.heights.std() * scipy.special.ndtri(1 - share) / unit
     bearing.plot(100 * share, gaussian, ":", color="black", label="Gaussian")
     bearing.set(xlabel="area above the height (%)", ylabel=f"height ({name})")
     plot.letter_panels((before, after, bearing), ("as measured", "as judged", "bearing curve"))

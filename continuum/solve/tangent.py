@@ -9,8 +9,8 @@ Saunders, SIAM J. Numer. Anal. 12, 617 (1975)): a load-controlled surface may be
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse.linalg import LinearOperator, minres
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -47,10 +47,10 @@ def tangent_stiffness(grid: Grid, stiffness_q: Real, law: Law, gap: Real, shift:
         spectrum = grid.forward(v.reshape(grid.shape)) / (K + max(shift / grid.widest_step, float(-stiffness.min())))
         return grid.inverse(spectrum, overwrite=True).ravel()
 
-    size = (grid.size, grid.size)
-    beyond, failed = minres(
-        LinearOperator(size, matvec=on_mean_free, dtype=np.float64), (grid.mean(stiffness) - stiffness).ravel(),
-        M=LinearOperator(size, matvec=smooth, dtype=np.float64), rtol=ACCURACY, maxiter=ITERATIONS,
+    linalg, size = scipy.sparse.linalg, (grid.size, grid.size)
+    beyond, failed = linalg.minres(
+        linalg.LinearOperator(size, matvec=on_mean_free, dtype=np.float64), (grid.mean(stiffness) - stiffness).ravel(),
+        M=linalg.LinearOperator(size, matvec=smooth, dtype=np.float64), rtol=ACCURACY, maxiter=ITERATIONS,
     )  # fmt: skip
     if failed:
         return float("nan")

@@ -9,6 +9,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from functools import cache
 from importlib import resources
 from itertools import zip_longest
 from numbers import Real
@@ -67,7 +68,9 @@ class Material:
         return self.modulus / (1 - self.poisson**2) if self.contact_modulus is None else self.contact_modulus
 
 
-def _materials() -> dict[str, Material]:
+@cache
+def materials() -> Mapping[str, Material]:
+    """Materials by name."""
     text = resources.files("continuum.sticky").joinpath("materials.toml").read_text(encoding="utf-8")
     table = tomllib.loads(text)
     found = {}
@@ -100,10 +103,6 @@ def _work_of_adhesion(entry: Mapping[str, Any], cutoff: Mapping[str, Any]) -> tu
     if "surface_energy" in entry:
         return 2 * entry["surface_energy"], ["w: twice the surface energy γ"]
     return entry.get("work_of_adhesion"), []
-
-
-MATERIALS = _materials()
-"""Materials by name."""
 
 
 @dataclass(frozen=True)
@@ -290,12 +289,12 @@ def read_interface(
     """
     faults: list[str] = []
     names = texts("material", material, '"silicon"')
-    found = [MATERIALS.get(name.lower()) for name in names]
+    found = [materials().get(name.lower()) for name in names]
     for name, one in zip(names, found, strict=True):
         if one is None:
-            near = get_close_matches(name.lower(), MATERIALS, 1)
+            near = get_close_matches(name.lower(), materials(), 1)
             hint = f"did you mean {near[0]}? " if near else ""
-            faults.append(f"`material` {name!r} is unknown: {hint}known are {', '.join(MATERIALS)}")
+            faults.append(f"`material` {name!r} is unknown: {hint}known are {', '.join(materials())}")
     moduli = [_amount(faults, "modulus", text, "pressure") for text in texts("modulus", modulus, '"2MPa"')]
     ratios = [_ratio(faults, value) for value in _ratios(poisson)]
     if max(len(found), len(moduli), len(ratios)) > 2:

@@ -24,8 +24,8 @@ from importlib import resources
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import bisect
 
 from continuum.model.fourier import Real
 from continuum.sticky.criteria import Criterion, RoughContact
@@ -149,7 +149,7 @@ def turning_margin(
         raise ValueError(why)
     supported = _supports(criteria, contact, None, part)
     # A hundredth is finer than the differences between surfaces of the record.
-    found = bisect(lambda margin: supported(margin).probability - probability, -_FAR, _FAR, xtol=0.01)
+    found = scipy.optimize.bisect(lambda margin: supported(margin).probability - probability, -_FAR, _FAR, xtol=0.01)
     return float(np.exp(found))
 
 

@@ -17,8 +17,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.integrate import quad
 
 Real = NDArray[np.float64]
 
@@ -142,7 +142,9 @@ def attractive_load(
     # x grows as Δ^(2/3): with Δ = s³, dx/ds is linear and nothing is singular at contact.
     scale = attraction_width(rms_slope, diameter, 1.0)
     end = np.cbrt(cutoff)
-    return float(quad(lambda s: 2 * s * scale * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0])
+    return float(
+        scipy.integrate.quad(lambda s: 2 * s * scale * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0]
+    )
 
 
 @dataclass(frozen=True)
@@ -254,8 +256,8 @@ def effective_range(attraction: Callable[[float], float], cutoff: float = np.inf
     cutoff : distance beyond which p vanishes, in the same unit; infinite if it does not.
     """
     end = np.cbrt(cutoff)
-    weighted = quad(lambda s: 3 * s * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0]
-    work = quad(lambda s: 3 * s**2 * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0]
+    weighted = scipy.integrate.quad(lambda s: 3 * s * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0]
+    work = scipy.integrate.quad(lambda s: 3 * s**2 * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0]
     return float((2 / 3 * weighted / work) ** -3)
 
 

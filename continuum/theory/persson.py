@@ -7,20 +7,16 @@ bearing-area model, where it acts on the gaps of the undeformed surface.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Self
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.optimize import minimize_scalar
-from scipy.special import erf, erfc, erfinv, exp1
+import scipy
 
 from continuum.theory.rough import Real, persson_area
 
 _NODES = 400
 _T = np.geomspace(1e-8, 6.0, 2000)
-_REST = -cumulative_trapezoid((erf(_T) ** 2 * np.exp(-_T * _T))[::-1], np.log(_T)[::-1], initial=0)[::-1]
-"""∫ erf²(t) exp(-t²)/t dt from each of these t on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +62,7 @@ class PerssonContact:
     def _sums(self, power: int) -> Real:
         """2π ∫ q^(power + 1) C dq from the longest wave on, at each wavenumber."""
         q = self.wavenumber
-        return 2 * np.pi * cumulative_trapezoid(q ** (power + 2) * self.spectrum, np.log(q), initial=0)
+        return 2 * np.pi * scipy.integrate.cumulative_trapezoid(q ** (power + 2) * self.spectrum, np.log(q), initial=0)
 
     @cached_property
     def rms_height(self) -> float:
@@ -93,7 +89,7 @@ class PerssonContact:
 
     def pressure(self, area: float) -> float:
         """Mean pressure in E* at an area A/A0, the inverse of :meth:`area`."""
-        return float(erfinv(area) * self.rms_slope / np.sqrt(2))
+        return float(scipy.special.erfinv(area) * self.rms_slope / np.sqrt(2))
 
     def separation(self, pressure: float) -> float:
         """Mean gap at a mean pressure in E*: Yang and Persson, J. Phys.: Condens. Matter 20, 215214 (2008).
@@ -108,15 +104,15 @@ class PerssonContact:
         """Mean gap and apparent contact area at increasing resolution, the longest wave first."""
         q, squares = self.wavenumber, self._squares
         with np.errstate(divide="ignore"):
-            areas = erf(pressure / np.sqrt(squares[:count]))
+            areas = scipy.special.erf(pressure / np.sqrt(squares[:count]))
         areas[0] = 1.0
         # Of the waves between two wavenumbers: y = 1/w, in which the integrand is smooth, as q³ C dq = d(y²)/π.
         y = np.sqrt(np.maximum(squares[None, :] - squares[:count, None], 0))
         middle = np.maximum((y[:, 1:] + y[:, :-1]) / 2, np.finfo(float).tiny)
         x = pressure / areas[:, None] / middle
         # G(x): an exponential integral, and a bounded remainder from a table.
-        bounded = 3 * (1 - self.gamma) * np.interp(x, _T, _REST, right=0.0)
-        gain = self.gamma * exp1(np.clip(x, 1e-150, 26.0) ** 2) / 2 + bounded
+        bounded = 3 * (1 - self.gamma) * np.interp(x, _T, _rest(), right=0.0)
+        gain = self.gamma * scipy.special.exp1(np.clip(x, 1e-150, 26.0) ** 2) / 2 + bounded
         terms = gain * np.diff(y) / np.sqrt(q[1:] * q[:-1])
         return 2 / np.sqrt(np.pi) * terms.sum(axis=1), areas
 
@@ -171,10 +167,20 @@ class PerssonContact:
 
         def needed(gap: Real | float) -> Real:
             """Logarithm of the w at which attraction balances repulsion at a gap."""
-            between = erfc((gap - reach) / h / np.sqrt(2)) - erfc(gap / h / np.sqrt(2))
+            between = scipy.special.erfc((gap - reach) / h / np.sqrt(2)) - scipy.special.erfc(gap / h / np.sqrt(2))
             return np.asarray(np.interp(gap, gaps[::-1], np.log(pressures)[::-1]) + np.log(2 * reach / between))
 
         steps = np.linspace(gaps[-1], gaps[0], 200)
         best = int(np.argmin(needed(steps)))
         bounds = steps[max(best - 1, 0)], steps[min(best + 1, steps.size - 1)]
-        return float(np.exp(minimize_scalar(lambda gap: float(needed(gap)), bounds=bounds, method="bounded").fun))
+        return float(
+            np.exp(scipy.optimize.minimize_scalar(lambda gap: float(needed(gap)), bounds=bounds, method="bounded").fun)
+        )
+
+
+@cache
+def _rest() -> Real:
+    """∫ erf²(t) exp(-t²)/t dt from each of the t in ``_T`` on."""
+    values = (scipy.special.erf(_T) ** 2 * np.exp(-_T * _T))[::-1]
+    rest: Real = -scipy.integrate.cumulative_trapezoid(values, np.log(_T)[::-1], initial=0)[::-1]
+    return rest

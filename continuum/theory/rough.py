@@ -9,10 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.integrate import quad, simpson
-from scipy.optimize import brentq, minimize_scalar
-from scipy.special import erf, erfc
 
 Real = NDArray[np.float64]
 
@@ -25,12 +23,12 @@ KAPPA_PERSSON = float(np.sqrt(8 / np.pi))
 
 
 def persson_area(pressure: float, rms_slope: float, contact_modulus: float = 1.0) -> float:
-    """A/A0 = erf(sqrt(2) p/(h' E*)), without adhesion, at a mean pressure p.
+    """A/A0 = scipy.special.erf(sqrt(2) p/(h' E*)), without adhesion, at a mean pressure p.
 
     Persson, J. Chem. Phys. 115, 3840 (2001), with the variance of the pressure at full contact, (h' E*/2)².
     Exact at full contact; at small load about 20 % below simulation.
     """
-    return float(erf(np.sqrt(2) * pressure / (rms_slope * contact_modulus)))
+    return float(scipy.special.erf(np.sqrt(2) * pressure / (rms_slope * contact_modulus)))
 
 
 @dataclass(frozen=True)
@@ -56,7 +54,9 @@ class GreenwoodWilliamson:
         """Mean of (z - d)^power over the summits above d."""
         start = separation / self.rms_height
         # u = t² takes the half-integer powers away; the exponent of the start is put back afterwards.
-        value = quad(lambda t: t ** (2 * power + 1) * np.exp(-(t**4) / 2 - start * t * t), 0, np.inf, epsabs=0)[0]
+        value = scipy.integrate.quad(
+            lambda t: t ** (2 * power + 1) * np.exp(-(t**4) / 2 - start * t * t), 0, np.inf, epsabs=0
+        )[0]
         return float(self.rms_height**power * 2 * value * np.exp(-(start**2) / 2) / np.sqrt(2 * np.pi))
 
     def area(self, separation: float) -> float:
@@ -101,14 +101,18 @@ def fuller_tabor(ratio: float) -> float:
         bottom, top = (-9 - t) * unit, (9 - t) * unit
         if top <= indentation(first):
             return 0.0
-        low = brentq(lambda a: indentation(a) - bottom, first, far(bottom)) if bottom > indentation(first) else first
+        low = (
+            scipy.optimize.brentq(lambda a: indentation(a) - bottom, first, far(bottom))
+            if bottom > indentation(first)
+            else first
+        )
         # 4001 points resolve the Gaussian, whose width in a is at least 1/20 of the interval.
-        a = np.linspace(low, brentq(lambda a: indentation(a) - top, low, far(top)), 4001)
+        a = np.linspace(low, scipy.optimize.brentq(lambda a: indentation(a) - top, low, far(top)), 4001)
         root = np.sqrt(6 * a)
         z = t + (a * a - 2 / 3 * root) / unit
         # Force at each a, times dδ/da.
         weighed = a * (a * a - root) * (2 * a - 2 / root) * np.exp(-z * z / 2)
-        return float(simpson(weighed, dx=(a[-1] - a[0]) / 4000)) / (unit * math.sqrt(2 * math.pi))
+        return float(scipy.integrate.simpson(weighed, dx=(a[-1] - a[0]) / 4000)) / (unit * math.sqrt(2 * math.pi))
 
     return _largest_tension(load, -3.0, 6.0 + 1 / ratio) / 1.5
 
@@ -128,7 +132,9 @@ def dmt_asperities(ratio: float) -> float:
 
         middle = max(-t, 0.0)
         points = [middle] if middle else None
-        return float(quad(force, 0, middle + 9, points=points, epsabs=1e-13, limit=200)[0]) / math.sqrt(2 * math.pi)
+        return float(scipy.integrate.quad(force, 0, middle + 9, points=points, epsabs=1e-13, limit=200)[0]) / math.sqrt(
+            2 * math.pi
+        )
 
     # Smooth asperities all touch: the plane is far below their mean.
     return _largest_tension(load, -9.0, 9.0)
@@ -139,7 +145,7 @@ def _largest_tension(load: Callable[[float], float], low: float, high: float) ->
     steps = np.linspace(low, high, 121)
     best = int(np.argmin([load(float(t)) for t in steps]))
     bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
-    found = minimize_scalar(load, bounds=bounds, method="bounded", options={"xatol": 1e-8})
+    found = scipy.optimize.minimize_scalar(load, bounds=bounds, method="bounded", options={"xatol": 1e-8})
     return max(-float(found.fun), 0.0)  # apart they do not pull
 
 
@@ -176,14 +182,14 @@ def bearing_area_limit(ratio: float) -> float:
     """
 
     def gain(x: Real | float) -> Real:
-        between = erfc((x - 1 / ratio) / np.sqrt(2)) - erfc(x / np.sqrt(2))
+        between = scipy.special.erfc((x - 1 / ratio) / np.sqrt(2)) - scipy.special.erfc(x / np.sqrt(2))
         return np.asarray(np.exp(2 * x) * between / 2 * ratio)
 
     # The maximum lies at x = 2 for a short range, and moves out with it; beyond 300 all contacts are sticky.
     steps = np.linspace(0.0, min(6.0 + 4 / ratio, 300.0), 400)
     best = int(np.argmax(gain(steps)))
     bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
-    found = minimize_scalar(lambda x: -float(gain(x)), bounds=bounds, method="bounded")
+    found = scipy.optimize.minimize_scalar(lambda x: -float(gain(x)), bounds=bounds, method="bounded")
     return float(-found.fun / (0.75 * 2 * np.pi))
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
 
 Real = NDArray[np.float64]
 HARD, SOFT = 1e-3, 1e3
@@ -210,7 +210,7 @@ class MaugisDugdale:
         high = 1.0
         while rim(high) < 0:
             high *= 4
-        excess = brentq(rim, 0.0, high, xtol=1e-15, rtol=1e-14)
+        excess = scipy.optimize.brentq(rim, 0.0, high, xtol=1e-15, rtol=1e-14)
         root, angle = _rim(excess)
         load = a**3 - unit * a * a * (root + (1 + excess) ** 2 * angle)
         indentation = a * a - 4 * unit * a / 3 * root
@@ -225,7 +225,7 @@ class MaugisDugdale:
     def _pull_off(self) -> tuple[float, float]:
         """Radius of contact at the largest tension, and that tension."""
         # JKR pulls off at 1.145 units, longer ranges at smaller contacts, DMT at zero.
-        found = minimize_scalar(
+        found = scipy.optimize.minimize_scalar(
             lambda a: self.state(a * self._length).load / self._force,
             bounds=(1e-4, 1.3),
             method="bounded",
@@ -257,7 +257,7 @@ class MaugisDugdale:
 
         while excess(high) < 0:
             high *= 2
-        return float(brentq(excess, low, high, xtol=1e-12) * self._length)
+        return float(scipy.optimize.brentq(excess, low, high, xtol=1e-12) * self._length)
 
 
 def _rim(excess: float) -> tuple[float, float]:
@@ -354,7 +354,11 @@ class AdhesiveWave:
 
         if left(top) <= 0:
             raise ValueError(f"a wave of alpha = {self.alpha:.3g}, above 1.065, has no stable partial contact")
-        psi = brentq(left, 0.0, top, rtol=1e-13) if first else brentq(left, top, np.pi / 2, rtol=1e-13)
+        psi = (
+            scipy.optimize.brentq(left, 0.0, top, rtol=1e-13)
+            if first
+            else scipy.optimize.brentq(left, top, np.pi / 2, rtol=1e-13)
+        )
         return float(psi * self.wavelength / np.pi)
 
     @property

@@ -19,7 +19,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.ndimage import binary_dilation, label
+import scipy
 
 from continuum import units
 from continuum.arguments import instance
@@ -154,7 +154,7 @@ def directions(topography: Topography) -> Directions:
 def find_faults(topography: Topography) -> Findings:
     """Look for all faults of a map, in the order in which they are corrected."""
     lines = scan_lines(instance("topography", topography, Topography).heights)
-    marks = Marks(lines, spikes(topography.heights) & ~binary_dilation(lines.scars, iterations=2))
+    marks = Marks(lines, spikes(topography.heights) & ~scipy.ndimage.binary_dilation(lines.scars, iterations=2))
     faults, clean = _looked_for(LEVELLING, topography, marks)
     waves = SpectrumFindings(roughness_of(clean), fit_self_affine(*spectrum(clean)))
     more, clean = _looked_for(ROUGHENING, clean, waves)
@@ -203,7 +203,7 @@ def _scars(topography: Topography, marks: Marks) -> MapFault | None:
     scars = marks.lines.scars
     if topography.filled or raised(topography.heights, scars, marks.lines.axis) < RAISED:
         return None
-    count = int(label(scars)[1])
+    count = int(scipy.ndimage.label(scars)[1])
     share = max(100 * float(scars.mean()), 0.01)
     text = f"{count} scar{'s' if count > 1 else ''} along {'xy'[marks.lines.axis]}, {share:.2g} % of the points"
     return MapFault("scars", text, {"fill": "5%"})

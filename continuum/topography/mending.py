@@ -9,9 +9,7 @@ from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
-from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import spsolve
+import scipy
 
 from continuum import units
 from continuum.arguments import ArgumentError, array, choice, count, instance, number, pair
@@ -137,9 +135,11 @@ def harmonic(heights: Real, holes: Mask) -> Real:
     its = np.array([numbers[place] for place in beside])
     known = np.where(its == -1, [padded[place] for place in beside], 0.0).sum(axis=0)
     _, rows = np.nonzero(its >= 0)
-    links = csr_array((np.full(rows.size, -1.0), (rows, its[its >= 0])), shape=(i.size, i.size))
+    links = scipy.sparse.csr_array((np.full(rows.size, -1.0), (rows, its[its >= 0])), shape=(i.size, i.size))
     filled = heights.copy()
-    filled[holes] = spsolve((diags_array((its > -2).sum(axis=0).astype(float)) + links).tocsc(), known)
+    filled[holes] = scipy.sparse.linalg.spsolve(
+        (scipy.sparse.diags_array((its > -2).sum(axis=0).astype(float)) + links).tocsc(), known
+    )
     return filled
 
 
@@ -245,7 +245,7 @@ def _cut(topography: Topography, points: int, spacing: float, centre: tuple[floa
             f"{topography.source}: a part {width} wide has fewer than {_FEWEST} pixels of {widest}: "
             "it holds no roughness that was measured; a larger n or spacing, or a finer map"
         )
-    heights = RectBivariateSpline(pixels[0], pixels[1], topography.heights)(at[0], at[1])
+    heights = scipy.interpolate.RectBivariateSpline(pixels[0], pixels[1], topography.heights)(at[0], at[1])
     pixel = " x ".join(units.readable(x[1], "length") for x in pixels)
     cut = topography.after(
         heights, f"{width} cut out about the fractions {centre[0]:g}, {centre[1]:g}",

@@ -10,8 +10,8 @@ All functions take arrays; lengths are in any one unit.
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, binary_opening, maximum_filter1d
 
 from continuum.arguments import ArgumentError
 from continuum.arguments import field as map_of
@@ -121,7 +121,7 @@ def spikes(heights: Real) -> Mask:
     far = [np.abs(b) > FAR * max(_spread(b), 1e-300) for b in bend]
     both = far[0] & far[1] & (bend[0] * bend[1] > 0)
     length = np.ones((LONGEST_SPIKE + 1, 1), dtype=bool)
-    wide = binary_opening(both, length) | binary_opening(both, length.T)
+    wide = scipy.ndimage.binary_opening(both, length) | scipy.ndimage.binary_opening(both, length.T)
     found = both & ~wide
     return found if found.mean() < RARE else np.zeros(heights.shape, dtype=bool)
 
@@ -150,14 +150,14 @@ def _scars(heights: Real, axis: int) -> Mask:
     run = np.ones((LONGEST_SPIKE + 1, 1) if axis == 0 else (1, LONGEST_SPIKE + 1), dtype=bool)
     mask = np.zeros(heights.shape, dtype=bool)
     for side in (bend > limit, bend < -limit):
-        mask |= binary_opening(side, run)
+        mask |= scipy.ndimage.binary_opening(side, run)
     if not mask.any():
         return mask
     # The lines beside a scar bend half as much the other way, and are not scars.
     size = np.abs(np.where(mask, bend, 0.0))
-    mask &= size >= 0.75 * maximum_filter1d(size, 3, 1 - axis, mode="constant")
+    mask &= size >= 0.75 * scipy.ndimage.maximum_filter1d(size, 3, 1 - axis, mode="constant")
     # The ends of a scar are lower.
-    return np.asarray(binary_dilation(mask, run, iterations=1))
+    return np.asarray(scipy.ndimage.binary_dilation(mask, run, iterations=1))
 
 
 def _displaced(bend: Real, limit: float, above: Real) -> NDArray[np.intp]:

@@ -14,7 +14,7 @@ is drawn, a random surface of that spectrum represents the measurement, Gaussian
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 from continuum.arguments import ArgumentError, count, flag, instance, number
 from continuum.model.fourier import Real
@@ -71,7 +71,7 @@ def surface_bands(wavenumber: Real, profile: Real) -> Bands:
     model = c
     for _ in range(_STEPS):
         weight = np.sqrt(count[filled]) / model
-        found, _ = nnls(rings * weight[:, None], c * weight)
+        found, _ = scipy.optimize.nnls(rings * weight[:, None], c * weight)
         model = np.maximum(rings @ found, 1e-6 * c)
     return edges * units[0], found * (units[1] / units[0])
 

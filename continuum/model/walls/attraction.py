@@ -3,7 +3,7 @@
 from typing import ClassVar, Literal, get_args
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from continuum.arguments import choice, number
 from continuum.model.walls.exponential import Exponential
@@ -60,7 +60,7 @@ def attraction_on_core(
         return Exponential(2 * w / (1 + np.sqrt(1 + 2 * w / k)), decay, stiffness)
 
     # On a hard core Δr = 1.35 ρ; on the softest, which overlaps by a part of Δr, ρ is smaller.
-    decay = brentq(lambda rho: exponential(r * rho).effective_range / r - 1, 0.1, 1.0, rtol=1e-13)
+    decay = scipy.optimize.brentq(lambda rho: exponential(r * rho).effective_range / r - 1, 0.1, 1.0, rtol=1e-13)
     return exponential(r * float(decay))
 
 

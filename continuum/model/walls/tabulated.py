@@ -1,11 +1,13 @@
 """A wall law given as a table of traction against gap."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from continuum.arguments import array
 from continuum.model import laws
@@ -51,8 +53,8 @@ class TabulatedWall(Wall):
         return {"gap": self.gap, "traction": self.traction}
 
     @cached_property
-    def _spline(self) -> CubicSpline:
-        return CubicSpline(self.gap, self.traction)
+    def _spline(self) -> scipy.interpolate.CubicSpline:
+        return scipy.interpolate.CubicSpline(self.gap, self.traction)
 
     @cached_property
     def law(self) -> Law:

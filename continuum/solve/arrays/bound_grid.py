@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
@@ -136,7 +136,11 @@ class ArrayBoundGrid(Modes):
             if high > STEEPEST:
                 return None
             low, high = high, 4 * high
-        return None if excess(low) > 0 else stretched(float(brentq(excess, low, high, xtol=1e-300, rtol=1e-15)))
+        return (
+            None
+            if excess(low) > 0
+            else stretched(float(scipy.optimize.brentq(excess, low, high, xtol=1e-300, rtol=1e-15)))
+        )
 
     def total(self) -> float:
         return float(sum_of(self.xp, self.p))

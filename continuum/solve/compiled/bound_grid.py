@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
@@ -161,7 +161,7 @@ class CompiledBoundGrid(ContactPasses):
             low, high = high, 4 * high
         if excess(low) > 0:
             return False
-        factor = brentq(excess, low, high, xtol=1e-300, rtol=1e-15)
+        factor = scipy.optimize.brentq(excess, low, high, xtol=1e-300, rtol=1e-15)
         excess(float(factor), pressure)
         return True
 

@@ -8,12 +8,15 @@ so that name is given a digest of the sources that any sweep calls from elsewher
 from __future__ import annotations
 
 import hashlib
+import logging
+import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
 from numba import njit
+from numba.core import event
 from numpy.typing import NDArray
 
 from continuum.model import laws
@@ -54,6 +57,24 @@ def digest(sources: Iterable[Path]) -> str:
 
 _DIGEST = digest(SOURCES)
 _FAST = {"reassoc", "contract", "nsz", "arcp"}
+
+
+class _FirstCompilation(event.Listener):
+    """Says at a terminal, once, why nothing seems to happen; sweeps that are on disk are read without a word."""
+
+    told = False
+
+    def on_start(self, event: event.Event) -> None:
+        sweep = event.data["dispatcher"].py_func.__qualname__.endswith(_DIGEST)
+        if sweep and not self.told and sys.stderr.isatty():
+            self.told = True
+            logging.getLogger(__name__).warning("compiling the solver, once after it was installed: about 10 s")
+
+    def on_end(self, event: event.Event) -> None:
+        pass
+
+
+event.register("numba:compile", _FirstCompilation())  # type: ignore[no-untyped-call]
 
 
 def compiled(function: Kernel) -> Kernel:

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from continuum.arguments import ArgumentError
-from continuum.sticky.materials import MATERIALS, Body, Interface, read_interface
+from continuum.sticky.materials import Body, Interface, materials, read_interface
 from continuum.sticky.prediction import prediction_of
 from continuum.sticky.simulate import resolvable, simulate
 from continuum.topography.faults import directions, find_faults
@@ -71,7 +71,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "read_all": (lambda **given: read_all([HEIGHTS], **given), {"size": "10um", "unit": "nm", "dataset": None,
                                                                "part": None, "periodic": False, "crop": None,
                                                                "fill": None, "void": (), "override_size": False}),
-    "Body": (Body, {"modulus": 1.0, "poisson": 0.3, "material": MATERIALS["mica"]}),
+    "Body": (Body, {"modulus": 1.0, "poisson": 0.3, "material": materials()["mica"]}),
     "Interface": (Interface, {"contact_modulus": 1.0, "work_of_adhesion": 1.0, "range": 1.0, "spacing": None}),
     "read_interface": (read_interface, {"material": "mica", "modulus": (), "poisson": (), "contact_modulus": None,
                                         "work": None, "range": None, "spacing": None}),

@@ -20,8 +20,15 @@ from continuum.model.surface import SelfAffine
 from continuum.model.walls import InversePowers
 from continuum.model.walls.attraction import attraction_on_core
 from continuum.show.prediction_figures import overview
-from continuum.sticky import materials
-from continuum.sticky.materials import MATERIALS, Body, Interface, InterfaceError, interface, reduced_modulus
+from continuum.sticky.materials import (
+    Body,
+    Interface,
+    InterfaceError,
+    interface,
+    materials,
+    read_interface,
+    reduced_modulus,
+)
 from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.simulate import UnresolvedError, resolvable, simulate
 from continuum.topography.map import Topography
@@ -106,7 +113,7 @@ def test_text_in_si_and_in_other_units_gives_the_verdict_of_reduced_units(tmp_pa
         ("m", "1.92e-8 m", "m", "1e4 MPa", "0.015 N/m", "1.05 Å"),
     ):
         maps = read_all([tmp_path / f"{name}.npy"], size=[size], unit=[unit], periodic=True)
-        contact = materials.read_interface(contact_modulus=modulus, work=work, range=reach, spacing="3 Å")
+        contact = read_interface(contact_modulus=modulus, work=work, range=reach, spacing="3 Å")
         found = prediction_of([detrend(topography) for topography in maps], contact)
         assert [e.margin for e in found.verdicts] == pytest.approx([e.margin for e in expected.verdicts])
         assert [e.sticky for e in found.verdicts] == [e.sticky for e in expected.verdicts]
@@ -132,7 +139,7 @@ def test_no_map_is_too_odd_for_a_page(pattern: str, periodic: bool) -> None:
         "steps of a digitiser": np.random.default_rng(0).integers(0, 5, (32, 40)),
     }[pattern]
     topography = detrend(Topography(1e-9 * heights, (1e-6, 2e-6), periodic))
-    found = prediction_of([topography], interface([Body(material=MATERIALS["mica"])]))
+    found = prediction_of([topography], interface([Body(material=materials()["mica"])]))
     assert all(np.isfinite(row.value) for row in found.estimates)
     overview(found).canvas.draw()
 
@@ -193,27 +200,27 @@ def test_adhesion_within_a_pixel_is_not_solved() -> None:
 # --- materials ---------------------------------------------------------------------------------------------
 
 
-KNOWN_WORK = [name for name, one in MATERIALS.items() if one.work_of_adhesion is not None]
+KNOWN_WORK = [name for name, one in materials().items() if one.work_of_adhesion is not None]
 
 
 def test_every_material_names_its_sources_and_makes_a_contact() -> None:
-    assert len(MATERIALS) >= 30
-    assert 15 <= len(KNOWN_WORK) < len(MATERIALS)
-    for name, material in MATERIALS.items():
+    assert len(materials()) >= 30
+    assert 15 <= len(KNOWN_WORK) < len(materials())
+    for name, material in materials().items():
         assert name == material.name
         text = " ".join(material.sources)
         for quantity in ("E", "range") if material.work_of_adhesion is None else ("E", "w", "range"):
             assert re.search(rf"\b{quantity}\b", text), (name, quantity)
         # A year in a reference, a standard table, or the data sheet of a glass.
         assert re.search(r"\(\d{4}\)|Kaye and Laby|CRC Handbook|Callister|data sheet", text), name
-        contact = materials.read_interface(material=[name], work="1 mJ/m2")
+        contact = read_interface(material=[name], work="1 mJ/m2")
         assert contact.contact_modulus == pytest.approx(material.plane_strain_modulus)
         isotropic = material.modulus / (1 - material.poisson**2)
         assert material.plane_strain_modulus == pytest.approx(
             isotropic, rel=1e-12 if material.contact_modulus is None else 0.4
         )
     # The range between atoms at 0.3 nm is that of the 9-3 law.
-    assert MATERIALS["diamond"].range == pytest.approx(0.3e-9 * InversePowers((9, 3), 1.0).effective_range, rel=0.02)
+    assert materials()["diamond"].range == pytest.approx(0.3e-9 * InversePowers((9, 3), 1.0).effective_range, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -228,7 +235,7 @@ def test_every_material_names_its_sources_and_makes_a_contact() -> None:
 )
 def test_a_crystal_is_pressed_on_its_face(name: str, face: float, along: float) -> None:
     """Which is not E/(1 - ν²) along its normal; a modulus that is given replaces the crystal by an isotropic solid."""
-    crystal = MATERIALS[name]
+    crystal = materials()[name]
     assert Body(material=crystal).plane_strain_modulus == pytest.approx(face, rel=2e-3)  # as many digits
     assert Body(crystal.modulus, material=crystal).plane_strain_modulus == pytest.approx(along, rel=2e-3)
     assert Body(crystal.modulus, crystal.poisson).plane_strain_modulus == pytest.approx(along, rel=2e-3)
@@ -237,10 +244,10 @@ def test_a_crystal_is_pressed_on_its_face(name: str, face: float, along: float) 
 def test_the_page_has_the_table_of_materials() -> None:
     page = (Path(__file__).parents[3] / "docs" / "predict.md").read_text()
     rows = dict(re.findall(r"^\| `([\w-]+)` \| (.+) \|$", page, re.MULTILINE))
-    assert set(rows) == set(MATERIALS)
+    assert set(rows) == set(materials())
     for name, row in rows.items():
         modulus, poisson, face, work = row.split(" | ")
-        one = MATERIALS[name]
+        one = materials()[name]
         # To the three digits that are shown.
         assert units.parse(modulus, "pressure") == pytest.approx(one.modulus, rel=5e-3)
         assert float(poisson) == pytest.approx(one.poisson, abs=5e-4)
@@ -251,7 +258,7 @@ def test_the_page_has_the_table_of_materials() -> None:
 
 def test_van_der_waals_forces_give_the_surface_energies_that_were_measured() -> None:
     """Israelachvili's cut-off: the Hamaker constant of PTFE, 3.8e-20 J, is worth 18.5 mJ/m², 18.3 were measured."""
-    silica = MATERIALS["silica"].work_of_adhesion
+    silica = materials()["silica"].work_of_adhesion
     assert silica is not None
     assert silica / 2 * 3.8 / 6.5 == pytest.approx(18.3e-3, rel=0.02)
 
@@ -260,12 +267,12 @@ def test_van_der_waals_forces_give_the_surface_energies_that_were_measured() -> 
 def test_a_work_of_adhesion_without_a_source_is_asked_for(names: list[str]) -> None:
     of = names[0] if len(names) == 1 else f"the pair {names[0]}, {names[1]}"
     with pytest.raises(InterfaceError, match=rf"^no work of adhesion is known for {of}: give `work`$"):
-        materials.read_interface(material=names)
-    assert materials.read_interface(material=names, work="30mJ/m2").work_of_adhesion == pytest.approx(0.03)
+        read_interface(material=names)
+    assert read_interface(material=names, work="30mJ/m2").work_of_adhesion == pytest.approx(0.03)
 
 
 def test_two_bodies_have_their_compliances_added() -> None:
-    silicon, pdms = Body(material=MATERIALS["silicon"]), Body(material=MATERIALS["pdms"])
+    silicon, pdms = Body(material=materials()["silicon"]), Body(material=materials()["pdms"])
     one, other = silicon.plane_strain_modulus, pdms.plane_strain_modulus
     assert one is not None
     assert other is not None
@@ -275,7 +282,7 @@ def test_two_bodies_have_their_compliances_added() -> None:
     assert both.work_of_adhesion == pytest.approx(np.sqrt(0.1 * 2 * 0.0226))
     assert both.spacing is None
     assert any("geometric mean" in line for line in both.origin)
-    given_modulus = materials.read_interface(modulus=["1GPa"], poisson=["0.5"], work="50mJ/m2", range="0.5nm")
+    given_modulus = read_interface(modulus=["1GPa"], poisson=["0.5"], work="50mJ/m2", range="0.5nm")
     assert given_modulus.contact_modulus == pytest.approx(4 / 3 * 1e9)
 
 
@@ -305,7 +312,7 @@ def test_a_contact_that_is_not_described_is_refused_with_all_faults(
     options: dict[str, Any], expected: list[str]
 ) -> None:
     with pytest.raises(InterfaceError) as error:
-        materials.read_interface(**options)
+        read_interface(**options)
     for text in expected:
         assert text in str(error.value)
 
@@ -441,7 +448,7 @@ def test_measured_maps_have_their_published_slope_and_a_verdict(
     name: str, part: str | None, material: str, slope: float, sticky: bool
 ) -> None:
     found: Prediction = prediction_of(
-        [detrend(read_topography(MEASURED / name, part=part))], interface([Body(material=MATERIALS[material])])
+        [detrend(read_topography(MEASURED / name, part=part))], interface([Body(material=materials()[material])])
     )
     assert found.roughness.moments.rms_slope == pytest.approx(slope, rel=0.01)  # as many digits as are published
     assert found.paper.sticky is sticky
