@@ -122,11 +122,11 @@ def _of_text(text: Text, source: str, shape: tuple[int, int] | None) -> RawMap:
     of_columns = rows.shape[1] in (2, 3) and rows.shape[0] >= FEWEST and rows.T.shape != shape
     said = said_by(text.header)
     if of_columns:
-        rows = np.column_stack([rows[:, :-1], without(rows[:, -1], said.voids)])
+        rows = np.column_stack([rows[:, :-1], without_voids(rows[:, -1], said.voids)])
         found = _placed(rows, source, text.header)
         return found._replace(steps=(*steps, *found.steps))
     try:
-        heights, extent = _of_axes(without(rows.T, said.voids), (text.columns, text.lines))
+        heights, extent = _of_axes(without_voids(rows.T, said.voids), (text.columns, text.lines))
     except ValueError as error:
         raise ValueError(f"{source}: {error}") from error
     size = said.size or (tuple(n * said.pixel for n in heights.shape) if said.pixel else None)
@@ -136,7 +136,7 @@ def _of_text(text: Text, source: str, shape: tuple[int, int] | None) -> RawMap:
     return RawMap(heights, source, size, said.unit, steps=steps if rows.size else (), extent=extent, unread=unread)
 
 
-def without(heights: Real, voids: Sequence[float]) -> Real:
+def without_voids(heights: Real, voids: Sequence[float]) -> Real:
     """Heights without these values, which become NaN."""
     return np.where(np.isin(heights, voids), np.nan, heights) if voids else heights
 

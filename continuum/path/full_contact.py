@@ -15,7 +15,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import erfinv
+import scipy
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
@@ -115,7 +115,7 @@ class _Seen(NamedTuple):
 
 
 def _argument(area: float, size: int) -> float:
-    return float(erfinv(np.clip(area, 0.5 / size, 1 - 0.5 / size)))
+    return float(scipy.special.erfinv(np.clip(area, 0.5 / size, 1 - 0.5 / size)))
 
 
 def find_nearly_full(aim: Aim) -> PathState:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from continuum import units
 from continuum.arguments import ArgumentError, file_name, flag, number, pair
-from continuum.files.maps import HDF5_SUFFIXES, RawMap, of_array, read_map, stands_for_nothing, without
+from continuum.files.maps import HDF5_SUFFIXES, RawMap, of_array, read_map, stands_for_nothing, without_voids
 from continuum.files.text import NoTableError
 from continuum.model.fourier import Real
 from continuum.topography.instruments import ALL, from_instrument, is_container, is_known, measurements
@@ -131,7 +131,7 @@ def _raw(path: Path, dataset: str | None, part: str | None) -> RawMap:
 
 def _measured(found: RawMap, void: Sequence[float]) -> RawMap:
     """A map without the values that stand for missing heights; raises TopographyError if one is to be asked for."""
-    heights, steps = without(found.heights, void), found.steps
+    heights, steps = without_voids(found.heights, void), found.steps
     gone = np.count_nonzero(np.isnan(heights)) - np.count_nonzero(np.isnan(found.heights))
     if gone:
         steps += (f"{gone} points of the value {' or '.join(f'{one:.10g}' for one in void)} taken as missing",)
