@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import subprocess
 import sys
 import textwrap
 import tomllib
+from collections import defaultdict
 from collections.abc import Mapping
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
@@ -34,13 +38,77 @@ PAGES = {path.relative_to(ROOT).as_posix(): path.read_text() for path in (ROOT /
 PAGES["README.md"] = (ROOT / "README.md").read_text()
 
 
+def anchors(text: str) -> set[str]:
+    """Of the headings of a page, as the site and hosts of code make them."""
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_every_input_and_picture_named_exists(page: str) -> None:
     text, folder = PAGES[page], (ROOT / page).parent
     for path in re.findall(r"\binputs/[\w-]+/[\w.-]+\.toml", text):
         assert (ROOT / path).is_file(), path
-    for target in re.findall(r"\]\(([^)#:]+)\)", text):
-        assert target.startswith("reference/") or (folder / target).exists(), target
+    for target, anchor in re.findall(r"\]\(([^)#:]*)(?:#([^):]*))?\)", text):
+        if "reference/" in target:  # made with the site
+            continue
+        assert (folder / target).exists(), target
+        if anchor:
+            there = (folder / target).resolve().relative_to(ROOT).as_posix() if target else page
+            assert anchor in anchors(PAGES[there]), f"{target}#{anchor}"
+
+
+@cache
+def code() -> dict[str, dict[str, str]]:
+    """Modules, functions, classes and what these have, of the rooms that solve: each name's text by its module."""
+    found: dict[str, dict[str, str]] = defaultdict(dict)
+    for path in (
+        path for room in ("front", "path", "solve", "model") for path in (ROOT / "continuum" / room).rglob("*.py")
+    ):
+        module, text = path.relative_to(ROOT / "continuum").as_posix(), path.read_text()
+        found[path.stem][module], lines = text, text.splitlines()
+        tops = ast.parse(text).body
+        members = [(top.name, each) for top in tops if isinstance(top, ast.ClassDef) for each in top.body]
+        for within, node in [*((path.stem, top) for top in tops), *members]:
+            targets = [node.target] if isinstance(node, ast.AnnAssign) else getattr(node, "targets", [node])
+            for name in filter(None, (getattr(each, "id", getattr(each, "name", None)) for each in targets)):
+                for known in (f"{within}.{name}", name):
+                    found[known][module] = "\n".join(lines[node.lineno - 1 : node.end_lineno])
+    return found
+
+
+def calls(caller: str, called: str) -> bool:
+    """Whether the text of a function has the name of another."""
+    name = rf"\b{called.rpartition('.')[2]}\b"
+    return any(re.search(name, text) for text in code()[caller].values())
+
+
+def test_the_solver_has_the_functions_of_its_page_and_they_call_one_another() -> None:
+    page = PAGES["docs/solver.md"]
+    prose, *drawings = re.split(r"```text\n(.*?)```", page, flags=re.DOTALL)
+    named = re.findall(r"`([A-Za-z_]\w*(?:\.\w+)*)`", prose + "".join(drawings[1:]))
+    assert len(named) > 50
+    assert set(named) <= set(code())
+    for path in re.findall(r"`(\w+(?:/\w+)+(?:\.py)?)`", page):
+        assert any((base / path).exists() for base in (ROOT, ROOT / "continuum")), path
+
+    # The drawing: each function is called by the one above it that is less indented.
+    above: list[str] = []
+    for indent, name in re.findall(r"^((?:  )*)([\w.]+)", drawings[0], re.MULTILINE):
+        del above[len(indent) // 2 :]
+        assert name in code(), name
+        assert not above or calls(above[-1], name), (above[-1], name)
+        above.append(name)
+
+    # The two lists: each function is called by the one before it.
+    lists = re.findall(r"(?:^\d+\. .*\n)+", page, re.MULTILINE)
+    assert [each.count("\n") for each in lists] == [13, 9]
+    for each in lists:
+        steps = re.findall(r"^\d+\. `([\w.]+)` in `([\w./]+)`", each, re.MULTILINE)
+        assert len(steps) == each.count("\n")
+        assert all(module in code()[name] for name, module in steps)
+        for (before, _), (after, _) in pairwise(steps):
+            assert calls(before, after), (before, after)
 
 
 @pytest.mark.parametrize("page", PAGES)
