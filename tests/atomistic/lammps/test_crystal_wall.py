@@ -210,6 +210,19 @@ def test_beside_the_forces_of_any_crystal_those_of_the_wall_are_the_sums_over_pa
     assert pushed == pytest.approx([result.lateral_x, result.lateral_y, -result.force], abs=1e-10)
 
 
+def test_a_wall_of_atoms_keeps_a_load_above_warm_atoms(tmp_path: Path) -> None:
+    """Its atoms stand where the balance of the load says: each window begins at the height at which the last ended."""
+    contact = c.Contact(c.sine(c.Grid.square(4), 0.05, (1, 0)), WALL)
+    table = {
+        "kind": "sliding", "pressure": 0.02, "distance": 0.2, "velocity": 0.2, "window": 1.0, "temperature": 0.001,
+        "thermostat_layers": 1,
+    }  # fmt: skip
+    made = a.deck(contact, protocol=table, depth=2.2, follows="atom", wall_force="atoms", wall_crystal={"form": "bent"})
+    run = a.run_deck(made.write(tmp_path))
+    assert run.finished
+    assert len({step.separation for step in run.steps}) == len(run.steps) > 1
+
+
 @pytest.mark.long
 def test_a_wall_of_atoms_slides_under_a_load_on_two_ranks_too(tmp_path: Path) -> None:
     contact = c.Contact(c.SelfAffine(0.8, 0.2, 4, 8).synthesise(c.Grid.square(8), np.random.default_rng(1)), WALL)
