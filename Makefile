@@ -26,9 +26,12 @@ docs: .venv/installed-dev
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs build/site
 	@echo "build/site/index.html"
 
-# The long validations: minutes to an hour.
+# The long validations: minutes to an hour; and decks in the programs of others, as far as these can be installed here.
+# Debian's `gwyddion`, where it is installed, reads maps beside our readers.
 long: .venv/installed-dev
-	$(BIN)/python -m pytest -m long
+	@$(BIN)/python -m pip install --quiet --no-compile --editable '.[viewers]' || echo "skipped: the extra viewers"
+	$(BIN)/python -m pytest -rs tests/atomistic/lammps/test_viewers.py
+	$(BIN)/python -m pytest -rs -m long
 
 # The short tests with other random arguments each time, and ten times as many.
 search: .venv/installed-dev
