@@ -174,7 +174,7 @@ def locked(
     with _written(mark.parent):
         while (taken := _taken(mark)) is None:
             if time.monotonic() >= end:
-                remedy = f"; if that process has ended, remove {mark}" if mark.parent in _LOCKLESS else ""
+                remedy = f"; if that process has ended, remove {mark}" if mark.parent.resolve() in _LOCKLESS else ""
                 raise LockedError(refusal(holder(mark)) + remedy)
             time.sleep(0.02)
     descriptor, real = taken
@@ -224,8 +224,8 @@ def _flock(descriptor: int, place: Path) -> bool | None:
     except OSError as error:
         if error.errno not in _WITHOUT_LOCKS:
             raise
-        if place not in _LOCKLESS:
-            _LOCKLESS.add(place)
+        if place.resolve() not in _LOCKLESS:
+            _LOCKLESS.add(place.resolve())
             said = "this file system has no locks; a file there that names this process keeps others out instead"
             logging.getLogger(__name__).warning("%s: %s", place, said)
         return False

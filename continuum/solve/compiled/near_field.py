@@ -216,7 +216,7 @@ def on_contact(start: int, stop: int, sums: Real, mask: Mask, z: Field, shift: f
 
 
 @compiled
-def without(start: int, stop: int, sums: Real, mask: Mask, beside: Single, out: Real) -> None:
+def subtract_on_contact(start: int, stop: int, sums: Real, mask: Mask, beside: Single, out: Real) -> None:
     """Set out <- out - beside on the contact, 0 off it."""
     side = out.shape[1]
     for i in range(start, stop):

@@ -320,7 +320,7 @@ class Tiles:
         np.multiply(field, share, out=smooth)
         beside[...] = 0.0
         self._up(smooth, beside)
-        self.sweep(lambda a, b, sums: near_field.without(a, b, sums, mask, beside, c))
+        self.sweep(lambda a, b, sums: near_field.subtract_on_contact(a, b, sums, mask, beside, c))
         self._down(c, field)
         field += smooth
         back = self._respond(field, near.K_far)
