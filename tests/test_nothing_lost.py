@@ -263,6 +263,21 @@ def test_in_the_background_only_kill_stops_a_run(tmp_path: Path) -> None:
     assert error.startswith("stopped; ")
 
 
+def test_a_reader_that_has_seen_enough_of_a_table_is_no_fault() -> None:
+    """As `head`; a table is written by another library than a line."""
+    ours, theirs = os.pipe()
+    os.close(ours)
+    program = "from continuum.show import console; from continuum.show.sheet import Column, Sheet; import sys; "
+    program += "sys.exit(console.exit_code(lambda: console.show(Sheet.of('t', (Column('a'),), [(1,)])) or 0))"
+    done = subprocess.run(
+        [sys.executable, "-c", program], stdout=theirs, stderr=subprocess.PIPE, text=True, check=False,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    os.close(theirs)
+    assert done.returncode == 128 + signal.SIGPIPE
+    assert done.stderr == "stopped, as the output cannot be written; finished work is stored\n"
+
+
 @pytest.mark.parametrize("opened", [pty.openpty, pytest.param(os.pipe, marks=pytest.mark.long)])
 def test_a_terminal_or_a_reader_that_is_gone_stops_a_run_in_order(
     tmp_path: Path, opened: Callable[[], tuple[int, int]]

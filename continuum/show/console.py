@@ -36,7 +36,15 @@ in the code of an error.
 """
 
 _voice: ContextVar[Voice] = ContextVar("voice", default="normal")
-_console = Console(highlight=False)
+
+
+class _Console(Console):
+    def on_broken_pipe(self) -> NoReturn:
+        """Leave a reader that is gone to :func:`exit_code`: rich would end with code 1, that of no convergence."""
+        raise BrokenPipeError
+
+
+_console = _Console(highlight=False)
 
 
 Reporter = Callable[[int, str], None]
