@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 import continuum.front.sweeps
-from continuum.sweeps.engine import run_tasks
-from continuum.sweeps.workers import Job, Task, TaskResult, heard, timed
 from tests.problems import SMALL
+from tests.tasks import tasks_here
 
 
 @pytest.fixture
@@ -30,21 +27,6 @@ def in_this_process() -> Iterator[None]:
     Sweeps of several workers, clusters, and the tests of the engine have their processes.
     """
 
-    def here(tasks: Iterable[Task], work: Job, is_done: Callable[[Task], bool], **given: Any) -> Iterator[TaskResult]:
-        if given["workers"] > 1 or given["scheduler_file"] is not None or given["devices"]:
-            yield from run_tasks(tasks, work, is_done, **given)
-            return
-        listed = [(task, is_done(task)) for task in tasks]
-        yield from (TaskResult(task, 0.0) for task, done in listed if done)
-        for task in sorted((task for task, done in listed if not done), key=lambda task: -task.cost):
-            try:
-                with heard(partial(given["meanwhile"], task)):
-                    seconds = timed(work, task)
-            except Exception as error:
-                yield TaskResult(task, 0.0, f"{type(error).__name__}: {error}", error)
-            else:
-                yield TaskResult(task, seconds)
-
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(continuum.front.sweeps, "run_tasks", here)
+        patch.setattr(continuum.front.sweeps, "run_tasks", tasks_here)
         yield

@@ -352,6 +352,11 @@ def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
     assert a.columns["gap"].shape == (5, 4, 16, 16)
 
 
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages and figures take longer than all else that a stored validation needs."""
+    monkeypatch.setattr("atomistic.show.validation.write_validation", lambda found: [Path("page.html")])
+
+
 def test_a_validation_goes_on_where_it_stopped(
     config: ValidateConfig,
     results: list[PathResult],
@@ -376,6 +381,7 @@ def test_a_validation_goes_on_where_it_stopped(
         assert (tmp_path / f"small-{figure}.png").stat().st_size > 10_000
         assert faults_in_print(drawn[f"small-{figure}"]) == []
     # A finished one is only shown again.
+    undrawn(monkeypatch)
     before = path.read_bytes()
     assert main(["validate", str(config.source.path), "-o", str(tmp_path)]) == 0
     assert path.read_bytes() == before
@@ -394,8 +400,13 @@ def test_another_validation_in_the_way_is_left_alone(
 
 
 def test_a_failing_bound_is_the_exit_code(
-    config: ValidateConfig, results: list[PathResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    config: ValidateConfig,
+    results: list[PathResult],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    undrawn(monkeypatch)
     strict = tmp_path / "small.toml"
     strict.write_text(SMALL.replace("coefficient = 0.5", "coefficient = 0.0005", 1))
     archive.write_archive(tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results), {})
@@ -522,7 +533,7 @@ def test_a_crystal_that_cannot_be_is_one_message(
 
 def test_a_jump_that_is_not_there_is_one_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "bad.toml").write_text(SMALL.replace("areas = [0.1]\n", "areas = [0.1]\njump = true\n"))
-    assert main(["validate", str(tmp_path / "bad.toml"), "-o", str(tmp_path / "out"), "-j", "2"]) == 2
+    assert main(["validate", str(tmp_path / "bad.toml"), "-o", str(tmp_path / "out"), "-j", "1"]) == 2
     error = " ".join(capsys.readouterr().err.split())
     assert "no jump-in: leave out jump" in error
     assert "Traceback" not in error
