@@ -23,6 +23,7 @@ from continuum.errors import InputError
 from continuum.files.citation import Citation
 from continuum.paper import publication_page
 from continuum.paper.publication import sweep_publish
+from continuum.show import plot
 from tests.problems import SMALL
 from tests.stored import ENGINES
 
@@ -236,13 +237,21 @@ def test_a_sweep_into_full_contact_is_published(tmp_path: Path) -> None:
     "axis",
     [pytest.param('"wall.adhesion_length" = [0.0, 0.005]', marks=pytest.mark.long), '"surface.path" = ["map.npy"]'],
 )
-def test_files_that_the_input_reads_are_named(axis: str, tmp_path: Path) -> None:
+def test_files_that_the_input_reads_are_named(axis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def named(figure: object, stem: Path) -> Path:
+        """A picture takes seconds; which there are is asked here."""
+        path = stem.with_name(f"{stem.name}.png")
+        path.write_bytes(b"")
+        return path
+
+    monkeypatch.setattr(plot, "save_figure", named)
     heights = np.random.default_rng(1).normal(size=(24, 30)).cumsum(0).cumsum(1)
     np.save(tmp_path / "map.npy", heights / 500)
     surface = re.compile(r"\[surface\].*?\n\n", re.DOTALL)
     text = surface.sub('[surface]\nkind = "file"\npath = "map.npy"\n\n', SMALL)
     (tmp_path / "mine.toml").write_text(f"{text}[sweep.axes]\n{axis}\n")
     done = sweep_publish(c.sweep(tmp_path / "mine.toml", tmp_path).folder, tmp_path / "out", creators=["Doe, Jane"])
+    assert (tmp_path / "out" / "figure-s1.png").exists()
     assert not (tmp_path / "out" / "figure-s3.png").exists(), "no symbol of the paper has the size of an unknown λ_s"
     assert done.warnings == ("the input reads files that are not part of this folder: map.npy",)
 
