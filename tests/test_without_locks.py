@@ -43,7 +43,8 @@ def refused(again):
 said = {}
 for error in sys.argv[1:]:
     os.environ["FLOCK_ERRNO"] = error
-    for name, again in {"file": lambda: reserved(Path(error, "a.h5")), "deck": lambda: hold(Path(error).resolve())}.items():
+    doors = {"file": lambda: reserved(Path(error, "a.h5")), "deck": lambda: hold(Path(error).resolve())}
+    for name, again in doors.items():
         with again():
             said[f"{name} {error}"] = refused(again)
     said[f"left {error}"] = os.listdir(error)
