@@ -160,7 +160,6 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         ("pandas", {"continuum.paper", "continuum.sweeps.collect"}),
         ("rich", {"continuum.show.console"}),
         ("ducc0", {"continuum.model.fourier"}),
-        ("rocket_fft", {"continuum.solve.compiled.linear"}),
         ("numba", {"continuum.model.laws", "continuum.solve.compiled.compiling"}),
         ("threading", {"continuum.solve.compiled.passes", "continuum.sweeps.workers"}),
         ("ase", {"atomistic.crystal.crystal"}),

@@ -20,7 +20,6 @@ from numba.core import event
 from numpy.typing import NDArray
 
 from continuum.model import laws
-from continuum.solve import conjugate
 
 SUMS = 6
 """Sums of a sweep, at most."""
@@ -42,7 +41,6 @@ Kernel = TypeVar("Kernel", bound=Callable[..., object])
 _HERE = Path(__file__)
 SOURCES = (
     Path(laws.__file__),
-    Path(conjugate.__file__),
     _HERE,
     _HERE.with_name("sweeps.py"),
     _HERE.with_name("points.py"),
@@ -90,8 +88,3 @@ def compiled(function: Kernel) -> Kernel:
 def inlined(function: Kernel) -> Kernel:
     """Compile a part of a sweep of the same file, as if its lines stood there."""
     return cast("Kernel", njit(nogil=True, error_model="numpy", fastmath=_FAST, inline="always")(function))
-
-
-def scalar(function: Kernel) -> Kernel:
-    """Compile a function of scalars that Python calls, too."""
-    return cast("Kernel", njit(function))

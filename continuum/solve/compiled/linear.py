@@ -1,139 +1,25 @@
-"""Linear problems of coarser grids on processor cores: single precision, and small grids in one compiled call.
-
-On grids of at most 256 x 256 points a call costs as much as its work.  There the conjugate directions, over all coarser
-grids and with their transforms, are one call.
-"""
+"""Linear problems of coarser grids on processor cores, in single precision: a step of theirs is a direction only."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
-from rocket_fft import c2c, c2r, r2c
 
-from continuum.model.fourier import Complex, Real
+from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.solve.coarse import coarse_step
-from continuum.solve.compiled.compiling import SUMS, Field, Single, compiled, scalar
+from continuum.solve.compiled.compiling import Field, Single
 from continuum.solve.compiled.passes import Passes
-from continuum.solve.compiled.points import linear_turn, sampled
+from continuum.solve.compiled.points import linear_turn
 from continuum.solve.compiled.sweeps import (
     finish_low_modes,
     linear_gradient,
     linear_last,
     low_direction,
     low_gradient,
-    restrict_modes,
 )
 from continuum.solve.conjugate import Line, conjugate_line
-
-SMALL = 2**16
-"""Points of a grid that is swept in one call, at most."""
-LEVELS = 2
-"""Grids of such a call, mostly."""
-_line = scalar(conjugate_line)
-
-
-class Level(NamedTuple):
-    """The arrays of one grid."""
-
-    K: Field
-    weights: Field
-    g: Field
-    d: Field
-    x: Field
-    work: Field
-    work_q: Complex
-    """The same as complex numbers, without padding."""
-    stiffness: Single
-    direction: Field
-    buffer: Field
-    """A field."""
-    low_rows: int
-    low_columns: int
-    c0: float
-    """For the modes of no coarser grid, beside a step of that."""
-
-
-@compiled
-def _gradient(grid: Level, c0: float, alpha: float, beta: float, held: bool, first: bool, low: tuple[int, int]) -> Real:
-    """Finish a step, as :meth:`CompiledLinearGrid._gradient`; returns the sums."""
-    sums = np.zeros(SUMS)
-    work_q, K = grid.work_q, grid.K
-    if not first:
-        c2c(work_q, work_q, np.array([0]), True, 1.0 / K.shape[0], 1)
-        if held:
-            work_q[0, 0] = 0.0
-    rows, columns = low
-    for a, b in ((0, columns), (columns, K.shape[1])):
-        linear_gradient(a, b, sums, grid.g, grid.d, grid.x, grid.work, K, c0, alpha, beta, rows, columns, grid.weights)
-    return sums
-
-
-@compiled
-def _turn(grid: Level, beta: float) -> float:
-    """Set the direction, as :meth:`CompiledLinearGrid._turn`; returns <stiffness d d>."""
-    sums, across = np.zeros(SUMS), np.array([1])
-    rows, n = grid.buffer.shape
-    c2c(grid.work_q, grid.work_q, np.array([0]), False, 1.0, 1)
-    c2r(grid.work_q, grid.buffer, across, False, 1.0, 1)
-    linear_turn(0, rows, sums, grid.buffer, grid.direction, n, beta, grid.stiffness)
-    r2c(grid.buffer, grid.work_q, across, True, 1.0 / n, 1)
-    return float(sums[0] / (rows * n))
-
-
-@compiled
-def _relax(
-    levels: tuple[Level, ...],
-    at: int,
-    depth: int,
-    c0: float,
-    held: bool,
-    iterations: int,
-    reduction: float,
-    pairs: Real,
-) -> bool:
-    """Approach the minimum, as :meth:`CompiledLinearGrid._descend`; counts the pairs of transforms."""
-    grid = levels[at]
-    low, c1 = ((grid.low_rows, grid.low_columns), grid.c0) if depth > 1 else ((0, 0), c0)
-    grid.d[:] = 0.0
-    grid.x[:] = 0.0
-    grid.work[:] = 0.0
-    grid.direction[:] = 0.0
-    line, alpha, bound = Line(0.0, 0.0, 0.0), 0.0, 0.0
-    for iteration in range(iterations):
-        sums = _gradient(grid, c1, alpha, line.beta, held, iteration == 0, low)
-        if iteration == 0:
-            bound = reduction * reduction * sums[0]
-        elif not sums[0] > bound:
-            return True
-        conjugate = True
-        if depth > 1:
-            below, size, part = levels[at + 1], np.sqrt(sums[0]), np.zeros(SUMS)
-            of, n = grid.buffer.shape[1], below.buffer.shape[1]
-            sampled(0, below.buffer.shape[0], part, grid.stiffness, of, below.stiffness, n)
-            restrict_modes(0, low[1], part, grid.g, below.g, low[0], low[1], size)
-            conjugate = _relax(levels, at + 1, depth - 1, c0, held, iterations, reduction, pairs)
-            if conjugate:
-                finish_low_modes(
-                    0, low[1], part, grid.g, grid.d, grid.work, grid.K, c0, low[0], grid.weights, below.x, size
-                )
-                conjugate = np.isfinite((sums + part).sum()) and sums[1] + part[1] > 0
-            if not conjugate:
-                part[:] = 0.0
-                low_gradient(0, low[1], part, grid.g, grid.work, grid.K, c0, low[0], grid.weights)
-            sums += part
-        line = _line(sums, line, 0.0, conjugate)
-        if depth > 1:
-            low_direction(0, low[1], sums, grid.d, grid.work, low[0], line.beta)
-        pairs[at] += 1.0
-        curvature = line.curvature + _turn(grid, line.beta)
-        if not curvature > 0:
-            return iteration > 0
-        alpha = -line.slope / curvature
-    for a, b in ((0, low[1]), (low[1], grid.K.shape[1])):
-        linear_last(a, b, pairs, grid.g, grid.d, grid.x, grid.K, c1, alpha, line.beta, low[0], low[1])
-    return True
 
 
 class SteppedPasses(Passes):
@@ -212,14 +98,6 @@ class CompiledLinearGrid(SteppedPasses):
             ]
             self.g, self.d, self.x, self.w, self.stiffness, self.direction = halves
             self.work_q = cast("Any", self.w.view(np.complex64)[:, : grid.shape_q[1]])
-        below = coarser.levels if coarser else ()
-        self.levels: tuple[Level, ...] = (self._level(), *below) if self.size <= SMALL else ()
-        """The arrays of this grid and of coarser ones, where all of a step is one call."""
-
-    def _level(self) -> Level:
-        buffer = self._buffer(self.grid.shape[0])[:, : self.n]
-        spectra = self.g, self.d, self.x, self.w, self.work_q
-        return Level(self.K, self.weights, *spectra, self.stiffness, self.direction, buffer, *self.low_part)
 
     @property
     def chain(self) -> list[CompiledLinearGrid]:
@@ -227,18 +105,6 @@ class CompiledLinearGrid(SteppedPasses):
         return [self, *(self.linear.chain if self.linear else [])]
 
     def relax(self, levels: int, shift: float, iterations: int, reduction: float) -> bool:
-        if not self.levels:
-            return self._descend(levels, shift, iterations, reduction)
-        pairs, depth = np.zeros(len(self.levels)), min(levels, len(self.levels))
-        # Tuples of one length are one type, for which the loops are compiled once; the one added is not used.
-        given = self.levels + self.levels[-1:] * (LEVELS - len(self.levels))
-        moved = _relax(given, 0, depth, shift, self.held, iterations, reduction, pairs)
-        for grid, count in zip(self.chain, pairs, strict=True):
-            grid.transforms += 2 * int(count)
-        return bool(moved)
-
-    def _descend(self, levels: int, shift: float, iterations: int, reduction: float) -> bool:
-        """The same by passes over large grids."""
         coarse = self.linear is not None and levels > 1
         line, alpha, bound = Line(0.0, 0.0, 0.0), 0.0, 0.0
         for values in (self.x, self.d, self.direction, self.w):

@@ -72,7 +72,7 @@ def test_a_grid_in_plain_numpy_finds_the_same_state(
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
 @pytest.mark.parametrize("levels", [1, 2])
 @pytest.mark.parametrize("held", [False, True])
-def test_a_small_grid_in_one_call_takes_the_steps_of_its_sweeps(
+def test_a_step_of_a_coarser_grid_leaves_less_of_the_residual(
     held: bool, levels: int, kind: type, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On a linear problem of 256 x 128 points, a twentieth of them in contact, with and without a coarser grid."""
@@ -82,29 +82,22 @@ def test_a_small_grid_in_one_call_takes_the_steps_of_its_sweeps(
     random = np.random.default_rng(3)
     residual_q = np.fft.rfft2(random.normal(size=(256, 128))) / 2**15
     contact = random.random((256, 128)) < 0.05
-    found, work = [], []
-    for at_once in (True, False):
-        made = SmoothGrid(grid, K, 1, 64, kind, 2).linear
-        assert made is not None
-        assert made.linear is not None
-        for each in made.chain:
-            each.set_mean_stiffness(1.0 if held else 0.2, held=held)
-            each.levels = each.levels if at_once else ()
-        made.g.view(np.result_type(kind, np.complex64))[:, :65] = residual_q
-        made.g[0, :2] = 0.0
-        made.stiffness[:, :128] = 0.5 * contact
-        assert made.relax(levels, 0.01, coarse.COARSE_ITERATIONS, coarse.COARSE_REDUCTION)
-        found.append(made.x.view(np.result_type(kind, np.complex64))[:, :65].copy())
-        work.append([each.transforms for each in made.chain])
-    rounding = 10 * np.finfo(kind).eps
-    np.testing.assert_allclose(found[0], found[1], atol=rounding * np.abs(found[1]).max())
-    assert work[0][0] == 8
-    assert work[0] == work[1]
+    made = SmoothGrid(grid, K, 1, 64, kind, 2).linear
+    assert made is not None
+    assert made.linear is not None
+    for each in made.chain:
+        each.set_mean_stiffness(1.0 if held else 0.2, held=held)
+    made.g.view(np.result_type(kind, np.complex64))[:, :65] = residual_q
+    made.g[0, :2] = 0.0
+    made.stiffness[:, :128] = 0.5 * contact
+    assert made.relax(levels, 0.01, coarse.COARSE_ITERATIONS, coarse.COARSE_REDUCTION)
+    found = made.x.view(np.result_type(kind, np.complex64))[:, :65].copy()
+    assert made.transforms == 2 * coarse.COARSE_ITERATIONS
     # It is a step down: of the residual there is less than before.
-    u = np.fft.irfft2(found[0] * 2**15, s=(256, 128))
+    u = np.fft.irfft2(found * 2**15, s=(256, 128))
     stiffness_q = HalfSpace("clamped").stiffness(Grid((256, 128), (512.0, 256.0)))
     stiffness_q[0, 0] = 0.0 if held else 0.2
-    left_q = residual_q + stiffness_q * found[0] + np.fft.rfft2(0.5 * contact * u) / 2**15
+    left_q = residual_q + stiffness_q * found + np.fft.rfft2(0.5 * contact * u) / 2**15
     left_q[0, 0] = residual_q[0, 0] = 0.0
     assert np.linalg.norm(left_q) < 0.5 * np.linalg.norm(residual_q)
 
