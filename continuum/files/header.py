@@ -32,7 +32,7 @@ _SPELLED = {"micron": "um", "micrometer": "um", "micrometre": "um", "mum": "um",
             "angstrom": "A", "ang": "A", "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm",
             "picometer": "pm", "picometre": "pm"}  # fmt: skip
 _NO_UNIT = frozenset({"", "1", "a0", "px", "pixel", "pixels", "points", "pts", "samples", "dimensionless"})
-"""Of numbers without a unit, and of results of this program, in a0."""
+"""The unit of numbers that come without one, and of results of this program, in a0."""
 
 
 class Said(NamedTuple):

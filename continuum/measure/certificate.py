@@ -57,7 +57,7 @@ class Check(NamedTuple):
 
 
 def minimum(lowest: float) -> Check:
-    """That the lowest eigenvalue of a Hessian is not negative."""
+    """Whether the lowest eigenvalue of a Hessian is not negative."""
     saddle = "the energy falls along a displacement, so that this is a saddle point"
     return Check("curvature", 0.0, lowest, max(-lowest, 0.0), 0.0, saddle)
 

@@ -91,7 +91,7 @@ class Library:
         return self.xp.astype(pairs[..., 0], kind) + self.xp.astype(pairs[..., 1], kind) * 1j
 
     def name(self) -> str:
-        """Of a GPU; empty on processor cores."""
+        """The name of a GPU; empty on processor cores."""
         return ""
 
     def free_memory(self) -> float:

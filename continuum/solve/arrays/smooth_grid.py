@@ -30,7 +30,7 @@ class _Descending(Modes):
     """Change of g by the last step."""
     d_q: Array
     stiffness: Array = None
-    """Of the wall, in single precision."""
+    """The stiffness of the wall, in single precision."""
     found: Array = None
     """Step of the coarser grid, on the modes of this one."""
     linear: ArrayLinearGrid | None = None

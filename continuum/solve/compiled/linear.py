@@ -26,7 +26,7 @@ class SteppedPasses(Passes):
     """What the two kinds of grids share: spectra of a gradient g and a direction d, and steps of a coarser grid."""
 
     stiffness: Single
-    """Of the wall."""
+    """The stiffness of the wall."""
     g: Field
     d: Field
     linear: CompiledLinearGrid | None = None
