@@ -1,4 +1,4 @@
-"""The normal stiffness of an equilibrium by one linear solve with its Hessian, K + φ''(z) at each point.
+"""Linear solves with the Hessian of an equilibrium, K + φ''(z) at each point, and its normal stiffness by one of them.
 
 Where the mean gap grows by one, the gap grows by v(x) of mean one, such that K v + φ''(z) v is the same everywhere: it
 is what the load falls by, per area.  The Hessian is not formed; each step asks for one product with it, a pair of
@@ -19,9 +19,52 @@ from continuum.model.laws import Law, evaluate
 ACCURACY = 1e-6
 """Residual at which to stop, relative; the error of the stiffness is of its square."""
 ITERATIONS = 2000
+SHIFT = 0.01
+"""c0 of the preconditioner, in E* over the spacing of the grid."""
 
 
-def tangent_stiffness(grid: Grid, stiffness_q: Real, law: Law, gap: Real, shift: float = 0.01) -> float:
+def solve_hessian(
+    grid: Grid, stiffness_q: Real, stiffness: Real, right: Real, shift: float = SHIFT, accuracy: float = ACCURACY
+) -> Real:
+    """The displacement x without mean for which K x + φ'' x is a given field, but for its mean: P (K + φ'') P x = P r.
+
+    Parameters
+    ----------
+    grid, stiffness_q : of the surface; K over the half spectrum, in E*/a0.  At q = 0 it does not count.
+    stiffness : φ'' at each point, shape ``grid.shape``, in E*/a0.
+    right : r, shape ``grid.shape``, in E*; its mean does not count.
+    shift : c0 of the preconditioner, in E* over the spacing of the grid.
+    accuracy : residual at which to stop, relative.
+
+    Returns
+    -------
+    Real
+        x, shape ``grid.shape``, in a0; NaN everywhere if the solve does not converge.
+    """
+    K = np.array(stiffness_q)
+    K[0, 0] = 0.0
+
+    def on_mean_free(v: NDArray[np.float64]) -> NDArray[np.float64]:
+        field = v.reshape(grid.shape)
+        image = _product(grid, K, stiffness, field - grid.mean(field))
+        return (image - grid.mean(image)).ravel()
+
+    def smooth(v: NDArray[np.float64]) -> NDArray[np.float64]:
+        spectrum = grid.forward(v.reshape(grid.shape)) / (K + max(shift / grid.widest_step, float(-stiffness.min())))
+        return grid.inverse(spectrum, overwrite=True).ravel()
+
+    linalg, size = scipy.sparse.linalg, (grid.size, grid.size)
+    found, failed = linalg.minres(
+        linalg.LinearOperator(size, matvec=on_mean_free, dtype=np.float64), (right - grid.mean(right)).ravel(),
+        M=linalg.LinearOperator(size, matvec=smooth, dtype=np.float64), rtol=accuracy, maxiter=ITERATIONS,
+    )  # fmt: skip
+    if failed:
+        return np.full(grid.shape, np.nan)
+    field: Real = found.reshape(grid.shape)
+    return field - grid.mean(field)
+
+
+def tangent_stiffness(grid: Grid, stiffness_q: Real, law: Law, gap: Real, shift: float = SHIFT) -> float:
     """k_N = -dN/d(mean gap) per A0 of an equilibrium, in E*/a0; NaN where the linear solve does not converge.
 
     Parameters
@@ -34,26 +77,10 @@ def tangent_stiffness(grid: Grid, stiffness_q: Real, law: Law, gap: Real, shift:
     stiffness = evaluate(law, gap)[2]
     K = np.array(stiffness_q)
     K[0, 0] = 0.0
+    field = 1.0 - solve_hessian(grid, stiffness_q, stiffness, stiffness, shift)
+    return float(grid.mean(field * _product(grid, K, stiffness, field)))
 
-    def hessian(field: Real) -> Real:
-        return grid.inverse(K * grid.forward(field), overwrite=True) + stiffness * field
 
-    def on_mean_free(v: NDArray[np.float64]) -> NDArray[np.float64]:
-        field = v.reshape(grid.shape)
-        image = hessian(field - grid.mean(field))
-        return (image - grid.mean(image)).ravel()
-
-    def smooth(v: NDArray[np.float64]) -> NDArray[np.float64]:
-        spectrum = grid.forward(v.reshape(grid.shape)) / (K + max(shift / grid.widest_step, float(-stiffness.min())))
-        return grid.inverse(spectrum, overwrite=True).ravel()
-
-    linalg, size = scipy.sparse.linalg, (grid.size, grid.size)
-    beyond, failed = linalg.minres(
-        linalg.LinearOperator(size, matvec=on_mean_free, dtype=np.float64), (grid.mean(stiffness) - stiffness).ravel(),
-        M=linalg.LinearOperator(size, matvec=smooth, dtype=np.float64), rtol=ACCURACY, maxiter=ITERATIONS,
-    )  # fmt: skip
-    if failed:
-        return float("nan")
-    field = beyond.reshape(grid.shape)
-    field += 1.0 - grid.mean(field)
-    return float(grid.mean(field * hessian(field)))
+def _product(grid: Grid, K: Real, stiffness: Real, field: Real) -> Real:
+    """K v + φ'' v."""
+    return grid.inverse(K * grid.forward(field), overwrite=True) + stiffness * field

@@ -10,7 +10,7 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
-from continuum.solve.tangent import tangent_stiffness
+from continuum.solve.tangent import solve_hessian, tangent_stiffness
 from tests.problems import Rough
 
 SETTINGS = Settings(1e-10)
@@ -49,3 +49,16 @@ def test_rough_surfaces_against_dense_algebra_and_against_loads_beside(adhesion_
     assert found == pytest.approx(exact, rel=1e-5, abs=1e-9)
     low, high = (solve(problem, "mean-gap", at + step, SETTINGS, start=gap).totals.load for step in (-beside, beside))
     assert found == pytest.approx((low - high) / (2 * beside), rel=2e-3)
+
+
+@pytest.mark.parametrize("shape", [(15, 16), (1, 21)])
+def test_a_solve_gives_back_the_field_from_which_the_right_side_was_made(shape: tuple[int, int]) -> None:
+    grid, rng = Grid(shape, (15.0, 20.0)), np.random.default_rng(3)
+    stiffness = np.where(rng.random(shape) < 0.2, 3.0, -0.01 * rng.random(shape))
+    field = rng.standard_normal(shape)
+    field -= field.mean()
+    K = HalfSpace(mean=0.02).stiffness(grid)
+    right = grid.inverse(K * grid.forward(field)) + stiffness * field
+    found = solve_hessian(grid, K, stiffness, right + 7.0, accuracy=1e-12)
+    np.testing.assert_allclose(found, field, atol=1e-9)  # the residual over the softest mode, K = 0.16
+    assert np.isnan(solve_hessian(grid, K, stiffness, np.full(shape, np.nan))).all()
