@@ -18,6 +18,7 @@ from continuum.front.study import study as study
 from continuum.front.sweeps import sweep as sweep
 from continuum.front.sweeps import sweep_collect as sweep_collect
 from continuum.front.sweeps import sweep_slurm as sweep_slurm
+from continuum.measure.noise import noise_error as noise_error
 from continuum.model.grid import Grid as Grid
 from continuum.model.substrates import CubicLayer as CubicLayer
 from continuum.model.substrates import HalfSpace as HalfSpace

@@ -258,7 +258,7 @@ class Contact:
 
         search = Search(self.area_tolerance)
         problem, found = find_turn(self.problem, law_of, area, self.settings, search, width)
-        return Turn(State(replace(self, wall=problem.wall), found))
+        return Turn(State(replace(self, wall=problem.wall), found), wall)
 
 
 def _chosen(**given: Any) -> tuple[str, Any]:

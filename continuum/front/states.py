@@ -16,8 +16,11 @@ from continuum.measure.curve import Adhesion, Curve, adhesion
 from continuum.model.fourier import Real
 from continuum.path import state
 from continuum.path.equilibrium import solver_of
+from continuum.path.gradient import Given, Number, gradient
 from continuum.path.state import Event
+from continuum.path.turn import WallOfWork
 from continuum.show.sheet import Column, Sheet, pairs
+from continuum.solve.solution import NotConvergedError
 from continuum.solve.stability import Stability
 
 if TYPE_CHECKING:
@@ -129,6 +132,51 @@ class State:
             raise TypeError("under a hard wall the energy is convex: each equilibrium is the minimum")
         mean = np.inf if problem.open_boundary is None else None
         return solver_of(problem, self.contact.settings).stability(problem.wall.law, self.gap, mean)
+
+    def gradient(self, number: Number, *, at: Given | None = None, wall: WallOfWork | None = None) -> Real:
+        """The derivative of a number by the height of every point, at the cost of one or two linear solves.
+
+        Its product with a small change of the heights, summed over the points, is what the number changes by.
+
+        Parameters
+        ----------
+        number : "load", per A0; "area", the repulsive area as a fraction of A0, the part of the lines of the grid along
+            which the gap, linear from point to point, is below zero_gap, as a count of points has no derivative;
+            "pull_off", the largest tension per A0, for which the path is followed from this state to the place where
+            it is largest; "turn", the work of adhesion at which the load vanishes at this area, in a state where it
+            does.
+        at : what is held, "mean_gap", "separation", "pressure" or "area"; None for the separation, if the state was
+            pressed to one or nothing is repeated, and else the mean gap.  Not for a turn, where area and load are held,
+            nor for a pull-off, where it makes no difference.
+        wall : for a turn, function that returns the law for a work of adhesion, as for :meth:`Contact.turn`.
+
+        Returns
+        -------
+        Real
+            Shape (nx, ny), in the unit of the number per a0.
+
+        Raises
+        ------
+        ArgumentError
+            Where there is no such derivative: all but the load under a hard wall; what is held; a separation on a
+            substrate of free mean displacement, a mean gap without periodic images.
+        NotConvergedError
+            If this is no equilibrium, or one that is about to jump.
+
+        Examples
+        --------
+        >>> import numpy as np, continuum as c
+        >>> heights = c.SelfAffine(0.8, 0.1, 8, 32).synthesise(c.Grid.square(64), np.random.default_rng(1))
+        >>> wall = c.LennardJonesSpline(adhesion_length=0.005)
+        >>> state = c.Contact(heights, wall).press(mean_gap=1.5)
+        >>> gradient = state.gradient("load")
+        >>> other = c.Contact(1.001 * heights, wall).press(mean_gap=1.5)
+        >>> change = (gradient * 0.001 * heights).sum()
+        >>> print(f"{(other.load - state.load) / change:.2f}")
+        1.00
+        """
+        problem = self.contact.problem.dented(self.found.imprint)
+        return gradient(problem, self.found, self.contact.settings, number, at=at, wall_of=wall)
 
     @cached_property
     def contact_map(self) -> NDArray[np.uint8]:
@@ -243,6 +291,8 @@ class Turn:
 
     state: State
     """State at the given area whose load is nearest to zero."""
+    wall: WallOfWork = field(repr=False)
+    """Law of each work of adhesion."""
 
     @property
     def bracket(self) -> Event | None:
@@ -276,6 +326,18 @@ class Turn:
         """Return the turn if it was found; else raise NotConvergedError with the reason."""
         self.state.require()
         return self
+
+    def gradient(self) -> Real:
+        """The derivative of the work at the turn by the height of every point, shape (nx, ny), in E* a0 per a0.
+
+        Positive where a greater height makes the surface less sticky.  See :meth:`State.gradient`.
+
+        Raises NotConvergedError where the turn was not found, or the load jumps over zero.
+        """
+        self.require()
+        if self.jumps:
+            raise NotConvergedError("no gradient of the turn: the load jumps over zero, and no state has zero load")
+        return self.state.gradient("turn", wall=self.wall)
 
     def __repr__(self) -> str:
         return f"Turn(w {self.work:.4g} E* a0 at A_rep/A0 {self.state.area_rep:.4g}, {self.status})"

@@ -75,6 +75,41 @@ def totals_of(grid: Grid, wall: Wall, gap: Real, traction: Real | None = None) -
     )
 
 
+def area_by_lines(distance: Real, *, periodic: bool = True) -> tuple[float, Real]:
+    """Repulsive area as a smooth number, and its derivative by the distance at each point.
+
+    A count of points has no derivative.  This is the part of the lines between neighbouring points along which the gap,
+    linear from point to point, is below ``zero_gap``: it has one, and agrees with the count but for what the grid does
+    not resolve.
+
+    Parameters
+    ----------
+    distance : gap - zero_gap, in a0; of shape (1, n) for a line.
+    periodic : whether the last point of a line is the neighbour of the first.
+
+    Returns
+    -------
+    area, slope
+        A fraction of A0, and its derivative by the distance of each point, shape of ``distance``, in 1/a0.
+    """
+    area, slope = 0.0, np.zeros(distance.shape)
+    axes = [axis for axis in (0, 1) if distance.shape[axis] > 1]
+    for axis in axes:
+        beyond = np.roll(distance, -1, axis)
+        below, crosses = (distance < 0) & (beyond < 0), (distance < 0) != (beyond < 0)
+        if not periodic:
+            for kind in (below, crosses):
+                np.moveaxis(kind, axis, 0)[-1] = False
+        lines = len(axes) * (distance.size - (0 if periodic else distance.size // distance.shape[axis]))
+        one, other, span = (np.abs(values[crosses]) for values in (distance, beyond, distance - beyond))
+        inside = np.where(distance[crosses] < 0, one, other)
+        area += float(np.count_nonzero(below) + (inside / span).sum()) / lines
+        for_one, for_other = np.zeros(distance.shape), np.zeros(distance.shape)
+        for_one[crosses], for_other[crosses] = other / span**2, one / span**2
+        slope -= (for_one + np.roll(for_other, 1, axis)) / lines
+    return area, slope
+
+
 @dataclass(frozen=True, kw_only=True)
 class Measurement(Totals):
     """Areas and loads of a contact, the outline of A_rep, and the numbers that the paper derives from them.

@@ -24,7 +24,14 @@ SHIFT = 0.01
 
 
 def solve_hessian(
-    grid: Grid, stiffness_q: Real, stiffness: Real, right: Real, shift: float = SHIFT, accuracy: float = ACCURACY
+    grid: Grid,
+    stiffness_q: Real,
+    stiffness: Real,
+    right: Real,
+    shift: float = SHIFT,
+    accuracy: float = ACCURACY,
+    *,
+    mean_free: bool = True,
 ) -> Real:
     """The displacement x without mean for which K x + φ'' x is a given field, but for its mean: P (K + φ'') P x = P r.
 
@@ -35,6 +42,8 @@ def solve_hessian(
     right : r, shape ``grid.shape``, in E*; its mean does not count.
     shift : c0 of the preconditioner, in E* over the spacing of the grid.
     accuracy : residual at which to stop, relative.
+    mean_free : False where the mean is an unknown as all others: K counts at q = 0, where it is finite, and the mean of
+        r; P is left out.
 
     Returns
     -------
@@ -42,12 +51,14 @@ def solve_hessian(
         x, shape ``grid.shape``, in a0; NaN everywhere if the solve does not converge.
     """
     K = np.array(stiffness_q)
-    K[0, 0] = 0.0
+    if mean_free:
+        K[0, 0] = 0.0
 
-    def on_mean_free(v: NDArray[np.float64]) -> NDArray[np.float64]:
-        field = v.reshape(grid.shape)
-        image = _product(grid, K, stiffness, field - grid.mean(field))
-        return (image - grid.mean(image)).ravel()
+    def project(field: Real) -> Real:
+        return field - grid.mean(field) if mean_free else field
+
+    def product(v: NDArray[np.float64]) -> NDArray[np.float64]:
+        return project(_product(grid, K, stiffness, project(v.reshape(grid.shape)))).ravel()
 
     def smooth(v: NDArray[np.float64]) -> NDArray[np.float64]:
         spectrum = grid.forward(v.reshape(grid.shape)) / (K + max(shift / grid.widest_step, float(-stiffness.min())))
@@ -55,13 +66,10 @@ def solve_hessian(
 
     linalg, size = scipy.sparse.linalg, (grid.size, grid.size)
     found, failed = linalg.minres(
-        linalg.LinearOperator(size, matvec=on_mean_free, dtype=np.float64), (right - grid.mean(right)).ravel(),
+        linalg.LinearOperator(size, matvec=product, dtype=np.float64), project(right).ravel(),
         M=linalg.LinearOperator(size, matvec=smooth, dtype=np.float64), rtol=accuracy, maxiter=ITERATIONS,
     )  # fmt: skip
-    if failed:
-        return np.full(grid.shape, np.nan)
-    field: Real = found.reshape(grid.shape)
-    return field - grid.mean(field)
+    return np.full(grid.shape, np.nan) if failed else project(found.reshape(grid.shape))
 
 
 def tangent_stiffness(grid: Grid, stiffness_q: Real, law: Law, gap: Real, shift: float = SHIFT) -> float:

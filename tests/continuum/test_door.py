@@ -36,6 +36,9 @@ CALLS: Calls = {
     "Contact.press, area": (CONTACT.press, {"area": 0.1}),
     "Contact.press, separation": (CONTACT.press, {"separation": 2.0}),
     "Contact.press, pressure": (CONTACT.press, {"pressure": 0.01}),
+    "Contact.press, gradient": (
+        CONTACT.press(mean_gap=1.2).gradient, {"number": "load", "at": "area", "wall": None}
+    ),
     "Contact.path": (
         CONTACT.path,
         {
@@ -85,6 +88,9 @@ CALLS: Calls = {
         {"shape": "spline", "adhesion_length": 0.01, "effective_range": 0.4, "core_stiffness": 5.0, "core_depth": 2.0},
     ),
     "moments": (c.moments, {"grid": GRID, "heights": HEIGHTS}),
+    "noise_error": (
+        c.noise_error, {"grid": GRID, "gradient": HEIGHTS, "rms": 0.1, "correlation_length": 2.0}
+    ),
     "sine": (c.sine, {"grid": GRID, "amplitude": 0.1, "waves": (1, 0)}),
     "sphere": (c.sphere, {"grid": GRID, "radius": 20.0}),
 }  # fmt: skip
