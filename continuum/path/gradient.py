@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
+from operator import itemgetter
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -40,10 +41,12 @@ Given = Literal["mean_gap", "separation", "pressure", "area"]
 ACCURACY = 1e-10
 """Residual of the linear solves, relative: derivatives are then as good as the equilibrium."""
 CONTACT_ITERATIONS = 2000
+SMALLEST_JUMP = 1e-3
+"""Change of the load from one side of its minimum to the other, relative, from which on it is a jump."""
 WORK_STEP = 1e-4
 """Step of w by which ∂p/∂w is found, relative: the error is about its square."""
-STEPS, LARGEST_STEP, FIRST_STEP, SMALLEST_STEP = 20, 0.1, 1e-3, 1e-8
-"""Steps to the largest tension: their number, and lengths in ranges of the wall."""
+STEPS, LARGEST_STEP, FIRST_STEP, SMALLEST_STEP = 40, 0.1, 0.02, 1e-6
+"""Steps to the least load: their number, and lengths in ranges of the wall; the last is the width of its bracket."""
 SAME_LAW = 1e-6
 """Largest difference of two laws that are the same, of the largest traction: works may be rounded numbers."""
 LAW_NEEDED = "a law with attraction: under a hard wall the load has a gradient, but nothing that pulls"
@@ -302,35 +305,62 @@ def dmt_gradient(problem: ContactProblem, state: PathState, pull: Real, pull_slo
     return (load - state.load / mean * tension) / mean
 
 
-def largest_tension(problem: ContactProblem, state: PathState, settings: Settings) -> PathState:
-    """The state of largest tension next to a given one: where the load is stationary along the path.
+class LeastLoad(NamedTuple):
+    """Where the load along a path is least, between two states: by them it is known also where the law has a kink."""
 
-    By the secant method for the slope of the load, each state from the last one, so that the branch is kept.
+    below: PathState
+    """The nearer one, from which on the load falls."""
+    above: PathState
+    share: float
+    """Weight of the first with which the slopes of the load, weighted and added, vanish."""
+    heights: Real
+    """Derivative of the least load by all heights: that of the load at a given gap, weighted so."""
+
+
+def least_load(problem: ContactProblem, state: PathState, settings: Settings) -> LeastLoad:
+    """The place next to a state where the load is stationary along the path, by steps and then Brent's method.
+
+    Each state starts from the last one that was nearer, so that its contacts are kept.
 
     Raises
     ------
     NotConvergedError
-        If there is none on the way: the contact is lost in a jump, or the load has no minimum nearby.
+        If there is none on the way, as contact is lost in a jump, or nothing pulls.
     """
     wall, control, solver = problem.wall, nearness(problem), solver_of(problem, settings)
-    lost = "no gradient of the pull-off: the load has no smooth minimum next to this state; give the state of largest "
     if wall.law is None or not wall.work_of_adhesion > 0:
         raise ArgumentError("wall", wall, LAW_NEEDED)
-    slope = Tangent(problem, state.gap).load.nearness
-    step = FIRST_STEP * wall.range * (1.0 if slope < 0 else -1.0)
+    none = "no gradient of the pull-off: next to this state the load has no smooth minimum"
+    slope = Tangent(problem, state.gap).load
+    seen = [(height(problem, state), state, slope)]
+
+    def slope_at(place: float) -> float:
+        if known := [one for one in seen if one[0] == place]:
+            return known[0][2].nearness
+        start = max((one for one in seen if one[0] <= place), default=min(seen, key=itemgetter(0)), key=itemgetter(0))
+        found = equilibrium(problem, control, place, settings, start[1].gap, state.branch, solver).require()
+        seen.append((place, found, Tangent(problem, found.gap).load))
+        return seen[-1][2].nearness
+
+    if slope.nearness == 0:
+        raise NotConvergedError(none)
+    step = FIRST_STEP * wall.range * -np.sign(slope.nearness)
     for _ in range(STEPS):
-        last, here = slope, height(problem, state) + step
-        state = equilibrium(problem, control, here, settings, state.gap, state.branch, solver)
-        if not state.status.ok:
+        last = seen[-1][2].nearness
+        if slope_at(seen[-1][0] + step) * last < 0:
             break
-        slope = Tangent(problem, state.gap).load.nearness
-        curvature = (slope - last) / step
-        if not curvature > 0:
-            break
-        step = float(np.clip(-slope / curvature, -LARGEST_STEP * wall.range, LARGEST_STEP * wall.range))
-        if abs(step) < SMALLEST_STEP * wall.range and state.load < 0:
-            return state
-    raise NotConvergedError(lost + "tension of a path, before its jumps")
+        step = float(np.clip(2 * step, -LARGEST_STEP * wall.range, LARGEST_STEP * wall.range))
+    ends = sorted(seen[-2:], key=itemgetter(0))
+    if not ends[0][2].nearness < 0 < ends[1][2].nearness:
+        raise NotConvergedError(none)
+    scipy.optimize.brentq(slope_at, ends[0][0], ends[1][0], xtol=SMALLEST_STEP * wall.range, rtol=1e-15)
+    low = max((one for one in seen if one[2].nearness < 0), key=itemgetter(0))
+    high = min((one for one in seen if one[2].nearness >= 0), key=itemgetter(0))
+    width, fall, rise = high[0] - low[0], low[2].nearness, high[2].nearness
+    if not (low[1].load < 0 and abs(high[1].load - low[1].load) <= (rise - fall) * width - SMALLEST_JUMP * low[1].load):
+        raise NotConvergedError(none)
+    share = rise / (rise - fall)
+    return LeastLoad(low[1], high[1], share, share * low[2].heights + (1 - share) * high[2].heights)
 
 
 def _of_number(number: Callable[[Tangent], Derivative], question: _Question) -> Real:
@@ -348,8 +378,7 @@ def _of_the_turn(question: _Question) -> Real:
 def _of_the_pull_off(question: _Question) -> Real:
     """That of the tension at its largest, where by the envelope theorem the mean gap need not be followed."""
     question.nothing_held("at pull-off the load is stationary")
-    found = largest_tension(question.problem, question.state, question.settings)
-    return -Tangent(question.problem, found.gap).load.heights
+    return -least_load(question.problem, question.state, question.settings).heights
 
 
 def gradient(

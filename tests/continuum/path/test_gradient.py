@@ -1,7 +1,8 @@
 """Derivatives by all heights against finite differences, under every law, on every substrate and under every control.
 
-Central differences of fourth order in a random direction of the heights: at a step of 2e-5 their error is below 1e-8,
-and that of loads and areas, solved to 1e-13 E*, about 1e-13/2e-5 of a derivative of order one.
+Central differences of fourth order at steps h = 4e-6, along which all heights contribute with one sign, so that the
+change is of order 0.1 h: (4e-6/4e-4)^4 is their error where the edge of the area is nearest to its points, and far less
+for the rest; states solved to 1e-13 E* add 1e-13/(0.1 h) = 3e-7 at most.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from continuum.model.substrates import (
 )
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import (
+    Exponential,
     HardWall,
     InversePowers,
     LennardJonesSpline,
@@ -38,31 +40,39 @@ from continuum.model.walls import (
     Wall,
     attraction_on_core,
 )
-from continuum.path.gradient import Given, Tangent, dmt_gradient, largest_tension, threshold_gradient
+from continuum.path.gradient import Given, Number, Tangent, dmt_gradient, gradient, least_load, threshold_gradient
 from continuum.path.loading import solve
-from continuum.path.state import PathState, nearness
+from continuum.path.state import Control, PathState, height, nearness
 from continuum.path.turn import WallOfWork
 from continuum.solve.solution import NotConvergedError, Settings
 from continuum.solve.tangent import tangent_stiffness
 
 TIGHT = Settings(1e-13)
 TOLERANCE = 1e-6
-"""What the issue asks for."""
-STEP = 2e-5
+"""Relative: a few times the error of the differences."""
+STEP = 4e-6
 GRID, LINE = Grid((15, 16), (15.0, 16.0)), Grid((1, 33), (1.0, 33.0))
 WORK = 0.005
+APART = 2e-4
+"""Distance of every point from the edge of the repulsive contact, where the area has a kink and the core begins."""
 
 
 def _table(work: float) -> Wall:
     gap = np.linspace(0.7, 1.4, 41)
-    return TabulatedWall(gap, LennardJonesSpline(0.4, minimum_stiffness=12 * work / 0.4**2).evaluate(gap).traction)
+    traction = LennardJonesSpline(0.4).evaluate(gap).traction
+    return TabulatedWall(gap, traction * work / TabulatedWall(gap, traction).work_of_adhesion)
+
+
+def _exponential(work: float) -> Wall:
+    decay, stiffness = 0.2, 5.0
+    return Exponential(2 * work / (1 + np.sqrt(1 + 2 * work / (decay**2 * stiffness))), decay, stiffness)
 
 
 LAWS: dict[str, WallOfWork] = {
     "the paper's": lambda work: LennardJonesSpline(adhesion_length=work),
     "9-3": lambda work: InversePowers((9, 3), adhesion_length=work, core=0.5),
     "table": _table,
-    "exponential on a core": partial(attraction_on_core, "exponential", effective_range=0.3, core_stiffness=5.0),
+    "exponential": _exponential,
     "spline on a core": partial(attraction_on_core, "spline", effective_range=0.3, core_stiffness=5.0),
 }
 SUBSTRATES: dict[str, Callable[[Grid], Substrate]] = {
@@ -74,54 +84,270 @@ SUBSTRATES: dict[str, Callable[[Grid], Substrate]] = {
     "table": lambda grid: TabulatedSubstrate(0.3 + 0.5 * grid.wavenumber, grid.lengths, "test"),
     "no images": lambda grid: NonPeriodicHalfSpace(),
 }
+EACH_ONCE = [
+    *((law, "half-space") for law in LAWS),
+    *(("the paper's", name) for name in SUBSTRATES if name != "half-space"),
+]
 
 
 class Place:
     """An equilibrium, and those next to it along a direction of the heights."""
 
-    def __init__(self, wall_of: WallOfWork, substrate: Substrate, grid: Grid = GRID, near: float = 0.1) -> None:
+    def __init__(
+        self,
+        wall_of: WallOfWork,
+        substrate: Substrate,
+        grid: Grid = GRID,
+        near: float = 0.1,
+        settings: Settings = TIGHT,
+    ) -> None:
         rng = np.random.default_rng(4)
-        heights = SelfAffine(0.8, 0.1, 5.0, grid.lengths[1]).synthesise(grid, rng)
-        self.wall_of, self.substrate, self.heights = wall_of, substrate, heights
-        self.along = rng.standard_normal(grid.shape)
-        self.problem = ContactProblem(grid, wall_of(WORK), heights, substrate)
-        self.near = self.problem.wall.zero_gap + near
-        self.state = solve(self.problem, nearness(self.problem), self.near, TIGHT)
+        self.heights = SelfAffine(0.8, 0.1, 5.0, grid.lengths[1]).synthesise(grid, rng)
+        self.settings = settings
+        self.wall_of, self.problem = wall_of, ContactProblem(grid, wall_of(WORK), self.heights, substrate)
+        wall, self.control = self.problem.wall, nearness(self.problem)
+        self.near = wall.zero_gap + near
+        while True:
+            self.state = solve(self.problem, self.control, self.near, settings)
+            if wall.law is None or np.abs(self.state.gap - wall.zero_gap).min() > APART:
+                break
+            self.near += 0.007
         self.state.require()
+        by_work = wall_of(2 * WORK).work_of_adhesion > wall.work_of_adhesion
+        self.tangent = Tangent(self.problem, self.state.gap, wall_of if by_work else None)
+        # A random direction, but not one at a right angle to the gradient.
+        self.along = np.abs(rng.standard_normal(grid.shape)) * np.sign(self.tangent.load.heights)
 
-    def at(self, by_heights: float, by_nearness: float, by_work: float) -> Real:
-        """Load, area, and separation of a neighbour."""
+    def solved(
+        self, by_heights: float, by_nearness: float = 0.0, by_work: float = 0.0
+    ) -> tuple[ContactProblem, PathState]:
+        """A neighbour."""
         heights = self.heights + by_heights * self.along
-        problem = replace(self.problem, heights=heights, wall=self.wall_of(WORK * (1 + by_work)))
-        state = solve(problem, nearness(problem), self.near + by_nearness, TIGHT, self.state.gap)
-        state.require()
+        problem = replace(self.problem, heights=heights, wall=self.wall_of(WORK + by_work))
+        return problem, solve(problem, self.control, self.near + by_nearness, self.settings, self.state.gap).require()
+
+    def height(self, state: PathState) -> float:
+        """How near the wall is."""
+        return height(self.problem, state)
+
+    def at(self, *by: float) -> Real:
+        """Load, area and separation of a neighbour."""
+        problem, state = self.solved(*by)
         area, _ = area_by_lines(state.gap - problem.wall.zero_gap, periodic=problem.open_boundary is None)
         return np.array([state.load, area, state.separation])
 
-    def changes(self, by_heights: float, by_nearness: float, by_work: float) -> Real:
-        """Derivatives of load, area and separation along a direction, by central differences of fourth order."""
-        near, far = (
-            self.at(step * by_heights, step * by_nearness, step * by_work)
-            - self.at(-step * by_heights, -step * by_nearness, -step * by_work)
-            for step in (STEP, 2 * STEP)
-        )
-        found: Real = (8 * near - far) / (12 * STEP)
-        return found
+    def changes(self, *direction: float) -> Real:
+        """Derivatives of load, area and separation along a direction of heights, nearness and work."""
+        return difference(lambda step: self.at(*(step * one for one in direction)))
+
+
+def difference(at: Callable[[float], Real | float]) -> Real:
+    """Central difference of fourth order."""
+    near, far = (np.asarray(at(step)) - np.asarray(at(-step)) for step in (STEP, 2 * STEP))
+    found: Real = (8 * near - far) / (12 * STEP)
+    return found
 
 
 @cache
 def place(law: str, substrate: str) -> Place:
-    return Place(LAWS[law], SUBSTRATES[substrate](GRID))
+    # This law is so steep where the window's rim presses that 1e-13 E* is below rounding.
+    settings = Settings(2e-12) if (law, substrate) == ("9-3", "no images") else TIGHT
+    return Place(LAWS[law], SUBSTRATES[substrate](GRID), settings=settings)
 
 
-@pytest.mark.parametrize("substrate", SUBSTRATES)
-@pytest.mark.parametrize("law", LAWS)
-def test_load_and_area_change_as_their_derivatives_say(law: str, substrate: str) -> None:
+@pytest.mark.parametrize(
+    ("law", "substrate"),
+    [*EACH_ONCE, ("exponential", "no images"), ("9-3", "no images"), ("spline on a core", "crystal")],
+)
+def test_load_area_and_separation_change_as_their_derivatives_say(law: str, substrate: str) -> None:
     here = place(law, substrate)
-    tangent = Tangent(here.problem, here.state.gap, here.wall_of)
-    directions = {"heights": (1.0, 0.0, 0.0), "nearness": (0.0, 1.0, 0.0), "work": (0.0, 0.0, 1.0)}
-    seen = {name: here.changes(*direction) for name, direction in directions.items()}
-    for number, one in enumerate((tangent.load, tangent.area)):
-        said = {"heights": (one.heights * here.along).sum(), "nearness": one.nearness, "work": one.work * WORK}
-        for name, expected in said.items():
-            assert seen[name][number] == pytest.approx(expected, rel=TOLERANCE), (number, name)
+    numbers = [here.tangent.load, here.tangent.area]
+    if here.problem.mean_stiffness > 0:
+        numbers.append(here.tangent.separation)
+    # Heights, nearness and work each by as much as changes the load alike.
+    load = numbers[0]
+    share = abs(float((load.heights * here.along).sum()))
+    direction = 1.0, share / abs(load.nearness), share / abs(load.work)
+    seen = here.changes(*direction)
+    for number, one in enumerate(numbers):
+        parts = np.array([(one.heights * here.along).sum(), one.nearness, one.work]) * direction
+        assert abs(seen[number] - parts.sum()) <= TOLERANCE * np.abs(parts).max(), number
+
+
+@pytest.mark.parametrize("at", ["mean_gap", "separation", "pressure", "area"])
+@pytest.mark.parametrize("number", ["load", "area"])
+@pytest.mark.parametrize("substrate", ["half-space", "layer", "no images"])
+def test_what_is_held_stays(substrate: str, number: Number, at: Given) -> None:
+    here = place("the paper's", substrate)
+    if (number, at) in {("load", "pressure"), ("area", "area")} or (substrate, at) == ("no images", "mean_gap"):
+        with pytest.raises(ArgumentError, match="at ="):
+            gradient(here.problem, here.state, TIGHT, number, at=at)
+        return
+    found = (gradient(here.problem, here.state, TIGHT, number, at=at) * here.along).sum()
+    held = {"pressure": here.tangent.load, "area": here.tangent.area, "separation": here.tangent.separation}
+    follow = -(held[at].heights * here.along).sum() / held[at].nearness if at in held else 0.0
+    load, area, separation = here.changes(1.0, follow, 0.0)
+    assert {"load": load, "area": area}[number] == pytest.approx(found, rel=TOLERANCE)
+    kept = {"pressure": load, "area": area, "separation": separation}.get(at, 0.0)
+    assert abs(kept) <= TOLERANCE * max(1.0, abs(follow))
+
+
+@pytest.mark.parametrize("control", ["separation", "mean-gap", "mean-pressure", "repulsive-area"])
+def test_the_separation_is_held_where_it_is_given_and_else_the_mean_gap(control: Control) -> None:
+    here = place("the paper's", "layer")
+    state, at = replace(here.state, control=control), "separation" if control == "separation" else "mean_gap"
+    np.testing.assert_array_equal(
+        gradient(here.problem, state, TIGHT, "load"), gradient(here.problem, state, TIGHT, "load", at=at)
+    )
+
+
+@pytest.mark.parametrize(("law", "substrate"), EACH_ONCE)
+def test_the_work_of_the_turn_keeps_load_and_area(law: str, substrate: str) -> None:
+    here = place(law, substrate)
+    work = (threshold_gradient(here.problem, here.state, here.wall_of) * here.along).sum()
+    area = here.tangent.area
+    follow = -((area.heights * here.along).sum() + area.work * work) / area.nearness
+    seen = here.changes(1.0, follow, work)
+    for kept, one in zip(seen[:2], (here.tangent.load, here.tangent.area), strict=True):
+        assert abs(kept) <= TOLERANCE * abs(one.work * work)
+    # Not by the tolerance: by either of both the other is not kept.
+    assert abs(here.changes(1.0, 0.0, work)[1]) > 1e-3 * abs(area.work * work)
+
+
+@pytest.mark.parametrize(("law", "substrate"), [("exponential", "layer"), ("the paper's", "no images")])
+def test_the_least_load_changes_as_the_load_there_at_a_given_gap(
+    law: str, substrate: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = Place(LAWS[law], SUBSTRATES[substrate](GRID), near=0.25)
+    # Of 240 points each that leaves the core makes a minimum of its own; without this another one may be found.
+    monkeypatch.setattr("continuum.path.gradient.FIRST_STEP", 1e-3)
+    monkeypatch.setattr("continuum.path.gradient.SMALLEST_STEP", 1e-7)
+    top = least_load(here.problem, here.state, TIGHT)
+    found = gradient(here.problem, here.state, TIGHT, "pull_off")
+
+    def tension(step: float) -> float:
+        problem = replace(here.problem, heights=here.heights + step * here.along)
+        begin = solve(problem, here.control, here.height(top.below), TIGHT, top.below.gap)
+        least = least_load(problem, begin, TIGHT)
+        fall, width = (
+            Tangent(problem, least.below.gap).load.nearness,
+            here.height(least.above) - here.height(least.below),
+        )
+        # The tangents of both states meet there.
+        return -(least.share * (least.below.load + fall * width) + (1 - least.share) * least.above.load)
+
+    seen = (tension(STEP) - tension(-STEP)) / (2 * STEP)  # its curvature is of order one: h² = 1e-10
+    assert (found * here.along).sum() == pytest.approx(seen, rel=TOLERANCE)
+
+
+@pytest.mark.parametrize(
+    ("substrate", "grid", "hardness"),
+    [
+        *((name, GRID, np.inf) for name in SUBSTRATES),
+        ("half-space", LINE, np.inf), ("layer", GRID, 0.06), ("no images", GRID, 0.06),
+    ],
+)  # fmt: skip
+def test_under_a_hard_wall_the_contact_follows(substrate: str, grid: Grid, hardness: float) -> None:
+    here = Place(lambda work: HardWall(hardness), SUBSTRATES[substrate](grid), grid)
+    assert 0.02 < here.state.totals.area_rep < 0.9
+    assert (here.state.gap.min() < 0) == np.isfinite(hardness)
+    load = here.tangent.load
+    seen = difference(lambda step: here.solved(step, step)[1].load)
+    assert seen == pytest.approx((load.heights * here.along).sum() + load.nearness, rel=TOLERANCE)
+    for number in ("area", "turn", "pull_off"):
+        with pytest.raises(ArgumentError, match="wall"):
+            gradient(here.problem, here.state, TIGHT, number, wall_of=lambda work: HardWall())
+
+
+def test_the_derivative_by_the_mean_gap_is_the_normal_stiffness_and_a_shift_of_all_does_nothing() -> None:
+    here = place("the paper's", "half-space")
+    law = here.problem.wall.law
+    assert law is not None
+    stiffness = tangent_stiffness(GRID, here.problem.stiffness_q, law, here.state.gap)
+    assert here.tangent.load.nearness == pytest.approx(-stiffness, rel=1e-9)  # its error is that of the solve, squared
+    for number in (here.tangent.load, here.tangent.area):
+        assert abs(number.heights.sum()) < 1e-12 * np.abs(number.heights).sum()
+    # At a given separation the wall comes down with its heights.
+    at_separation = gradient(here.problem, here.state, TIGHT, "load", at="separation")
+    assert at_separation.sum() == pytest.approx(-stiffness, rel=1e-9)
+
+
+def test_the_work_of_dmt_changes_as_its_derivative_says() -> None:
+    here = Place(lambda work: attraction_on_core("spline", 1e-8, 0.3, 5.0), HalfSpace(), near=0.05)
+
+    def pull(gap: Real) -> tuple[Real, Real]:
+        x = np.maximum(gap - 0.05, 0.0)
+        return x**2 * np.exp(-x / 0.2), (2 * x - x**2 / 0.2) * np.exp(-x / 0.2)
+
+    found = (dmt_gradient(here.problem, here.state, *pull(here.state.gap)) * here.along).sum()
+    follow = -(here.tangent.area.heights * here.along).sum() / here.tangent.area.nearness
+
+    def work(step: float) -> float:
+        state = here.solved(step, step * follow)[1]
+        return state.load / GRID.mean(pull(state.gap)[0])
+
+    assert float(difference(work)) == pytest.approx(found, rel=TOLERANCE)
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize("shape", [(1, 9), (6, 7)])
+def test_the_area_by_lines_has_its_slope(shape: tuple[int, int], periodic: bool) -> None:
+    distance, along = np.random.default_rng(1).standard_normal((2, *shape))
+    slope = (area_by_lines(distance, periodic=periodic)[1] * along).sum()
+    seen = difference(lambda step: area_by_lines(distance + step * along, periodic=periodic)[0])
+    assert seen == pytest.approx(slope, rel=1e-8)  # rounding, 1e-16 over the step; no point is as near to zero as that
+    assert area_by_lines(np.full(shape, -1.0), periodic=periodic)[0] == 1.0
+    assert area_by_lines(np.full(shape, 1.0), periodic=periodic)[0] == 0.0
+
+
+def test_the_area_by_lines_is_that_of_a_disc_and_of_a_strip() -> None:
+    x, y = Grid.square(64).positions
+    disc = np.hypot(x - 31.3, y - 32.6) - 20
+    # A count of points is off by about the square root of those at the rim; lines along x and y, less.
+    assert area_by_lines(disc)[0] == pytest.approx(np.pi * 20**2 / 64**2, rel=2e-3)
+    strip = np.broadcast_to(np.abs(x - 31.3) - 10.4, (64, 64))
+    # Along y a strip is a count of points, along x it is exact: half of the error of a count, 1 of 20.8 at most.
+    assert area_by_lines(strip)[0] == pytest.approx(20.8 / 64, abs=0.5 / 64)
+
+
+def test_what_has_no_derivative_is_refused_in_words() -> None:
+    here = place("the paper's", "half-space")
+    ask = partial(gradient, here.problem, here.state, TIGHT)
+    for wrong in ("w", None, 1):
+        with pytest.raises(ArgumentError, match=r"number = .*pull_off"):
+            ask(wrong)  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match="wall = None"):
+        ask("turn")
+    with pytest.raises(ArgumentError, match=r"wall = .*the law of the state"):
+        ask("turn", wall_of=lambda work: LennardJonesSpline(adhesion_length=2 * work))
+    for number in ("turn", "pull_off"):
+        with pytest.raises(ArgumentError, match=r"at = .*None: at"):
+            ask(number, at="area", wall_of=here.wall_of)
+    free = place("the paper's", "half-space, free")
+    with pytest.raises(ArgumentError, match=r"at = .*mean_gap where"):
+        gradient(free.problem, free.state, TIGHT, "load", at="separation")
+    apart = solve(here.problem, "mean-gap", 20.0, TIGHT)
+    for number in ("load", "area"):
+        assert not gradient(here.problem, apart, TIGHT, number).any()
+    with pytest.raises(NotConvergedError, match="what is held"):
+        gradient(here.problem, apart, TIGHT, "load", at="area")
+    with pytest.raises(NotConvergedError, match="smooth minimum"):
+        gradient(here.problem, apart, TIGHT, "pull_off")
+    failed = solve(here.problem, "mean-gap", 1.1, replace(TIGHT, max_iterations=1))
+    with pytest.raises(NotConvergedError, match="iteration limit"):
+        gradient(here.problem, failed, TIGHT, "load")
+
+
+def test_noise_adds_up_over_its_correlation() -> None:
+    grid, rng = Grid((6, 7), (6.0, 14.0)), np.random.default_rng(2)
+    g = rng.standard_normal(grid.shape)
+    assert c.noise_error(grid, g, 0.3) == pytest.approx(0.3 * np.sqrt((g**2).sum()), rel=1e-12)
+    x, y = (np.broadcast_to(one, grid.shape).ravel() for one in grid.positions)
+    apart = [
+        (np.abs(one[:, None] - one) + period / 2) % period - period / 2
+        for one, period in zip((x, y), grid.lengths, strict=True)
+    ]
+    correlation = np.exp(-(apart[0] ** 2 + apart[1] ** 2) / 1.5**2)
+    exact = 0.3 * np.sqrt(g.ravel() @ correlation @ g.ravel())
+    assert c.noise_error(grid, g, 0.3, 1.5) == pytest.approx(exact, rel=1e-9)
+    assert c.noise_error(grid, g, 0.3, 1e-3) == pytest.approx(c.noise_error(grid, g, 0.3), rel=1e-12)
