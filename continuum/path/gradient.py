@@ -239,7 +239,7 @@ class _Question:
         """At the state."""
         return Tangent(self.problem, self.state.gap)
 
-    def held(self, tangent: Tangent, number: Callable[[Tangent], Derivative]) -> Real:
+    def at_given(self, tangent: Tangent, number: Callable[[Tangent], Derivative]) -> Real:
         """The derivative of a number where another is held; else where the wall is held as the state's control has it.
 
         That is the separation where it was given, or where nothing is repeated, and the mean gap for all others.
@@ -251,7 +251,7 @@ class _Question:
             raise ArgumentError("at", at, "another number: of the one that is held all derivatives are zero")
         return number(tangent).holding(hold(tangent)).heights
 
-    def nothing_held(self, what: str) -> None:
+    def refuse_at(self, what: str) -> None:
         """Refuse a number to be held where the question says what is."""
         if self.at is not None:
             raise ArgumentError("at", self.at, f"None: {what}")
@@ -364,11 +364,11 @@ def least_load(problem: ContactProblem, state: PathState, settings: Settings) ->
 
 
 def _of_number(number: Callable[[Tangent], Derivative], question: _Question) -> Real:
-    return question.held(question.tangent, number)
+    return question.at_given(question.tangent, number)
 
 
 def _of_the_turn(question: _Question) -> Real:
-    question.nothing_held("at the turn area and load are held")
+    question.refuse_at("at the turn area and load are held")
     allowed = "a function that returns the law of a work of adhesion, as LennardJonesSpline(adhesion_length=w)"
     if not callable(question.wall_of):
         raise ArgumentError("wall", question.wall_of, allowed)
@@ -377,7 +377,7 @@ def _of_the_turn(question: _Question) -> Real:
 
 def _of_the_pull_off(question: _Question) -> Real:
     """That of the tension at its largest, where by the envelope theorem the mean gap need not be followed."""
-    question.nothing_held("at pull-off the load is stationary")
+    question.refuse_at("at pull-off the load is stationary")
     return -least_load(question.problem, question.state, question.settings).heights
 
 
