@@ -175,8 +175,7 @@ class State:
         >>> print(f"{(other.load - state.load) / change:.2f}")
         1.00
         """
-        problem = self.contact.problem.dented(self.found.imprint)
-        return gradient(problem, self.found, self.contact.settings, number, at=at, wall_of=wall)
+        return gradient(self.contact.problem, self.found, self.contact.settings, number, at=at, wall_of=wall)
 
     @cached_property
     def contact_map(self) -> NDArray[np.uint8]:

@@ -40,12 +40,14 @@ from continuum.model.walls import (
     Wall,
     attraction_on_core,
 )
-from continuum.path.gradient import Given, Number, Tangent, dmt_gradient, gradient, least_load, threshold_gradient
+from continuum.path.derivative import Tangent
+from continuum.path.gradient import Given, Number, dmt_gradient, gradient, least_load, threshold_gradient
 from continuum.path.loading import solve
 from continuum.path.state import Control, PathState, height, nearness
 from continuum.path.turn import WallOfWork
 from continuum.solve.solution import NotConvergedError, Settings
 from continuum.solve.tangent import tangent_stiffness
+from tests.problems import Rough
 
 TIGHT = Settings(1e-13)
 TOLERANCE = 1e-6
@@ -336,6 +338,27 @@ def test_what_has_no_derivative_is_refused_in_words() -> None:
     failed = solve(here.problem, "mean-gap", 1.1, replace(TIGHT, max_iterations=1))
     with pytest.raises(NotConvergedError, match="iteration limit"):
         gradient(here.problem, failed, TIGHT, "load")
+
+
+def test_a_turn_has_the_gradient_that_a_search_on_a_rougher_surface_confirms() -> None:
+    rough = Rough(32, lambda_s=8.0, lambda_L=16.0)
+
+    def wall(work: float) -> Wall:
+        return attraction_on_core("spline", work, 0.4, 5.0)
+
+    def turn(share: float) -> c.Turn:
+        return c.Contact(share * rough.heights(), wall(0.01), area_tolerance=1e-3).turn(wall, area=0.1, width=0.004)
+
+    as_it_is = turn(1.0)
+    more = (as_it_is.gradient() * 0.05 * rough.heights()).sum()
+    # The area is a count of 102 points: half of one, by 1/0.5 as ln A changes with ln w, is a tenth of this change.
+    assert turn(1.05).work - as_it_is.work == pytest.approx(more, rel=0.15)
+    assert more > 0.05 * as_it_is.work
+    assert as_it_is.bracket is not None
+    snapped = as_it_is.bracket._replace(kind="jump-in")
+    state = replace(as_it_is.state, found=replace(as_it_is.state.found, events=(snapped,)))
+    with pytest.raises(NotConvergedError, match="jumps over zero"):
+        replace(as_it_is, state=state).gradient()
 
 
 def test_noise_adds_up_over_its_correlation() -> None:
