@@ -142,9 +142,9 @@ class State:
         ----------
         number : "load", per A0; "area", the repulsive area as a fraction of A0, the part of the lines of the grid along
             which the gap, linear from point to point, is below zero_gap, as a count of points has no derivative;
-            "pull_off", the largest tension per A0, for which the path is followed from this state to the place where
-            it is largest; "turn", the work of adhesion at which the load vanishes at this area, in a state where it
-            does.
+            "pull_off", the largest tension per A0, for which the path is followed from this state, best that of largest
+            tension in a :class:`LoadingPath`, to the place where it is largest; "turn", the work of adhesion at which
+            the load vanishes at this area, in a state where it does.
         at : what is held, "mean_gap", "separation", "pressure" or "area"; None for the separation, if the state was
             pressed to one or nothing is repeated, and else the mean gap.  Not for a turn, where area and load are held,
             nor for a pull-off, where it makes no difference.
