@@ -20,7 +20,8 @@ from continuum.model.surface import Moments
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.path.state import Control, Search, settled
-from continuum.path.turn import WallOfWork, find_turn
+from continuum.path.threshold import Threshold, core_stiffness, press_without_adhesion
+from continuum.path.turn import WallOfWork, find_turn, first_work
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import LOOSEST, MOST_THREADS, Settings
 
@@ -239,16 +240,52 @@ class Contact:
         >>> def wall(work):  # of a range of 0.4 a0
         ...     return c.attraction_on_core("spline", work, 0.4, core_stiffness=5.0)
         >>> turn = c.Contact(heights, wall(0.01)).turn(wall, area=0.05).require()
-        >>> round(turn.work, 3)
-        0.013
+        >>> round(turn.work, 4)
+        0.0023
         """
+        law_of = self._family(wall)
+        number("area", area, above=0, below=1)
+        number("width", width, above=0, below=1)
+        search = Search(self.area_tolerance)
+        problem, found = find_turn(self.problem, law_of, area, self.settings, search, width)
+        return Turn(State(replace(self, wall=problem.wall), found), wall)
+
+    def threshold(self, wall: WallOfWork, *, area: float = 0.01) -> Threshold:
+        """The same work, estimated from one state without adhesion: a second, where a search takes a minute.
+
+        It lies between ``low`` and ``high`` where adhesion changes the contacts little: χ up to 0.2, ten patches or
+        more.  docs/law.md states it, with the surfaces on which it was tested; elsewhere it has to be searched for,
+        by :meth:`turn`.
+
+        Parameters
+        ----------
+        wall : function that returns the law for a work of adhesion in E* a0; of the contact's own wall nothing is
+            used.
+        area : repulsive area at which the sign of the load is taken, as a fraction of A0.
+
+        Examples
+        --------
+        >>> import numpy as np, continuum as c
+        >>> heights = c.SelfAffine(0.8, 0.1, 8, 32).synthesise(c.Grid.square(64), np.random.default_rng(1))
+        >>> def wall(work):  # of a range of 0.4 a0
+        ...     return c.attraction_on_core("spline", work, 0.4, core_stiffness=5.0)
+        >>> found = c.Contact(heights, wall(0.01)).threshold(wall, area=0.05)
+        >>> round(found.work, 4), found.patches
+        (0.0022, 7)
+        """
+        law_of = self._family(wall)
+        number("area", area, above=0, below=1)
+        core = core_stiffness(law_of(first_work(replace(self.problem, wall=law_of(1e-3)))))
+        search = Search(self.area_tolerance)
+        return press_without_adhesion(self.problem, area, self.settings, core, search).threshold(law_of)
+
+    def _family(self, wall: WallOfWork) -> WallOfWork:
+        """The laws of each work of adhesion, each looked at before it is used."""
         allowed = "a function that returns the law of a work of adhesion, as LennardJonesSpline(adhesion_length=w)"
         if not callable(wall):
             raise ArgumentError("wall", wall, allowed)
         if self.problem.open_boundary is not None:
-            raise ArgumentError("substrate", self.substrate, "a periodic one: a turn is looked for by its mean gap")
-        number("area", area, above=0, below=1)
-        number("width", width, above=0, below=1)
+            raise ArgumentError("substrate", self.substrate, "a periodic one: a threshold is that of a mean gap")
 
         def law_of(work: float) -> Wall:
             made = wall(work)
@@ -256,9 +293,7 @@ class Contact:
                 raise ArgumentError("wall", wall, allowed)
             return made
 
-        search = Search(self.area_tolerance)
-        problem, found = find_turn(self.problem, law_of, area, self.settings, search, width)
-        return Turn(State(replace(self, wall=problem.wall), found), wall)
+        return law_of
 
 
 def _chosen(**given: Any) -> tuple[str, Any]:

@@ -23,7 +23,6 @@ change.  No number is fitted.  It is stated, with what it was tested on, in docs
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -39,11 +38,10 @@ from continuum.model.problem import ContactProblem
 from continuum.model.walls import HardWall, Wall
 from continuum.path.area import find_area
 from continuum.path.state import Search
+from continuum.path.turn import WallOfWork
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
 
-LawOfWork = Callable[[float], Wall]
-"""The law of a given work of adhesion, in E* a0."""
 ACCURACY, ITERATIONS = 1e-3, 1000
 """Relative residual of the linear solves, which moves the threshold by .3 % at most on three surfaces, and steps after
 which they give up."""
@@ -202,7 +200,7 @@ class PressedState:
         first = -mean(pull) - (same_area - same_load) * stiffness
         return _Response(first, -mean(slope * (same_area * opens - rise)))
 
-    def dmt(self, law_of: LawOfWork) -> float:
+    def dmt(self, law_of: WallOfWork) -> float:
         """w_DMT, in E* a0: the root of N0 = w <τ>, as a law may change its range with its work; NaN without one."""
 
         def excess(logarithm: float) -> float:
@@ -214,7 +212,7 @@ class PressedState:
         found = scipy.optimize.root_scalar(excess, x0=start, x1=start - excess(start), xtol=1e-6, maxiter=40)
         return float(np.exp(found.root)) if found.converged else np.nan
 
-    def threshold(self, law_of: LawOfWork) -> Threshold:
+    def threshold(self, law_of: WallOfWork) -> Threshold:
         """Where the load at this area vanishes under a law, whose shape is that of the work found.
 
         Two linear solves with the Hessian, one of which serves all laws; more where the shape changes with the work.
@@ -235,6 +233,11 @@ class PressedState:
         else:
             low, high, chi = np.nan, np.nan, np.nan
         return Threshold(low, high, dmt, chi, self.area_rep, self.patches)
+
+
+def core_stiffness(wall: Wall) -> float:
+    """Stiffness of a law where its traction vanishes, in E*/a0, on the side on which it repels."""
+    return float(wall.evaluate(np.array(wall.zero_gap - 1e-9 * wall.effective_range)).stiffness)
 
 
 def press_without_adhesion(

@@ -48,6 +48,9 @@ CALLS: Calls = {
     ),
     "Contact.path, area": (CONTACT.path, {"area": [0.1]}),
     "Contact.against": (CONTACT.against, {"other": HEIGHTS[::-1], "shift": (1.0, 2.5), "angle": 90.0}),
+    "Contact.threshold": (
+        CONTACT.threshold, {"wall": lambda work: c.attraction_on_core("spline", work, 0.4, 5.0), "area": 0.1}
+    ),
     "Contact.turn": (
         CONTACT.turn, {"wall": lambda work: c.attraction_on_core("spline", work, 0.4, 5.0), "area": 0.1, "width": 0.1}
     ),
