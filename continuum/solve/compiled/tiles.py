@@ -80,8 +80,9 @@ class Split:
 
 
 def _stiffness(law: Law) -> float:
-    """Stiffness of the wall at the last of a thousand gaps at which it pushes; zero if it never does."""
-    _, traction, stiffness = evaluate(law, np.linspace(0.0, law.reach, 1000))
+    """Stiffness of the wall at the last of two thousand gaps at which it pushes; zero if it never does."""
+    # Contact may begin at a gap of zero or less: a core on which an attraction lies does there.
+    _, traction, stiffness = evaluate(law, np.linspace(law.reach - 2 * abs(law.reach), law.reach, 1999))
     pushing = np.flatnonzero(traction > 0)
     return float(stiffness[pushing[-1]]) if pushing.size else 0.0
 

@@ -16,7 +16,7 @@ from continuum.model.laws import Law
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer, Substrate
 from continuum.model.surface import SelfAffine
-from continuum.model.walls import InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls import InversePowers, LennardJonesSpline, Wall, attraction_on_core
 from continuum.solve.compiled import corrections
 from continuum.solve.compiled import tiles as tiles_of_cpu
 from continuum.solve.solution import Closer, Settings, Solution
@@ -86,12 +86,20 @@ def assert_same(tiled: Solution, whole: Solution, wall: Wall) -> None:
     assert tiled.fft_pairs < 0.7 * whole.fft_pairs
 
 
-@pytest.mark.parametrize("length", [0.0, 0.0005, 0.005, 0.05])
-def test_a_given_mean_gap_has_the_same_state(length: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = problem_of(length=length)
-    tiled, whole = both(monkeypatch, lambda: solved(problem))
-    assert_same(tiled, whole, problem.wall)
-    one, other = (totals_of(problem.grid, problem.wall, each.gap) for each in (tiled, whole))
+WALLS = [
+    LennardJonesSpline(adhesion_length=0.0),
+    LennardJonesSpline(adhesion_length=0.005),
+    LennardJonesSpline(adhesion_length=0.05),
+    attraction_on_core("spline", 0.005, 0.36, 1.0),  # contact begins at a gap of zero
+]
+
+
+@pytest.mark.parametrize("wall", WALLS, ids=["0", "0.005", "0.05", "on a core"])
+def test_a_given_mean_gap_has_the_same_state(wall: Wall, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_of()
+    tiled, whole = both(monkeypatch, lambda: solved(problem, wall, mean_gap=4.0 + wall.zero_gap))
+    assert_same(tiled, whole, wall)
+    one, other = (totals_of(problem.grid, wall, each.gap) for each in (tiled, whole))
     assert one.load_rep == pytest.approx(other.load_rep, rel=1e-4)
 
 
