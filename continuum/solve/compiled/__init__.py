@@ -8,7 +8,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.solve.backend import BackEnd
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid
-from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
+from continuum.solve.compiled.corrections import TiledSmoothGrid
 
 
 class CompiledBackEnd(BackEnd):
@@ -19,8 +19,8 @@ class CompiledBackEnd(BackEnd):
     SMALLEST = 128
     """On smaller grids calls, not points, would take the time."""
 
-    def smooth_grid(self, grid: Grid, K: Real, threads: int, coarser: int, *, sampled: bool) -> CompiledSmoothGrid:
-        return CompiledSmoothGrid(grid, K, threads, self.SMALLEST, self.PRECISION, coarser, sampled=sampled)
+    def smooth_grid(self, grid: Grid, K: Real, threads: int, coarser: int, *, sampled: bool) -> TiledSmoothGrid:
+        return TiledSmoothGrid(grid, K, threads, self.SMALLEST, self.PRECISION, coarser, sampled=sampled)
 
     def bound_grid(self, grid: Grid, K: Real, threads: int) -> CompiledBoundGrid:
         return CompiledBoundGrid(grid, K, threads, self.SMALLEST)

@@ -17,18 +17,14 @@ and more.  Those go on from the last state where the tiles do not come to an end
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from continuum.model.fourier import Real
-from continuum.solve.compiled import pressing, tractions
+from continuum.solve.compiled import pressing, sweeps, tractions
 from continuum.solve.compiled.compiling import Field, Single
-from continuum.solve.compiled.tiles import Tiles
+from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
+from continuum.solve.compiled.tiles import TilePasses, Tiles
 from continuum.solve.solution import Goal, Iteration
-
-if TYPE_CHECKING:
-    from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
 
 SLOW = 0.5
 """Part of the residual that a correction may leave, at most."""
@@ -44,76 +40,86 @@ LARGEST_RISE = 1e-12
 """A rise of the energy by this part of that of the wall is rounding; the whole grid judges a larger one."""
 
 
-def correct_coarser(grid: CompiledSmoothGrid, goal: Goal, history: list[Iteration], iterations: int) -> bool | None:
-    """Go to the goal from the traction of the coarser grid; whether that was reached.
+class TiledSmoothGrid(TilePasses, CompiledSmoothGrid):
+    """A grid of the smooth solver that has tiles near the wall, where these pay."""
 
-    None if there is none: then nothing has happened.  Where it does not come to an end the grid has begun anew at
-    the last state, and the history is empty.
-    """
-    below, f = grid.chain[1], grid.direction
-    # The offset of the coarser grid lies there, and is needed where its state is none.
-    traction = below.traction
-    if not np.isfinite(traction[:, : below.n].sum()):
-        return None
-    of = below.n
-    grid.sweep(lambda a, b, sums: pressing.spread(a, b, sums, traction, of, f, grid.n))
-    below.release()
-    return _correct(grid, f, goal, history, iterations)
+    def has_tiles(self, *, below: bool = False) -> bool:
+        known = self.chain[1 if below else 0]
+        return self.pay_near(known.z[:, : known.n], self.law)
 
-
-def correct_start(grid: CompiledSmoothGrid, goal: Goal, history: list[Iteration], iterations: int) -> bool:
-    """The same from the state at hand, whose gradient is complete."""
-    # The force of the substrate is p - g: the traction under which it is where it is.
-    grid.force()
-    f = grid.direction
-    np.subtract(grid.traction, f, out=f)
-    f[grid.z >= grid.law.reach] = 0.0
-    return _correct(grid, f, goal, history, iterations)
-
-
-def _correct(grid: CompiledSmoothGrid, f: Real, goal: Goal, history: list[Iteration], iterations: int) -> bool:
-    """Go to the goal from a traction, in the memory of the direction; where it is not reached begin anew."""
-    if _approach(grid, f, goal, history, iterations):
-        grid.forget_wall()
-        grid.traction, grid.corrected = f, True
-        return True
-    history.clear()
-    grid.forget_tiles()
-    grid.go_to_start()
-    return False
-
-
-def _approach(grid: CompiledSmoothGrid, f: Real, goal: Goal, history: list[Iteration], iterations: int) -> bool:
-    """Find the gap under a traction and what is missing, correct the traction on tiles, and again."""
-    error = last = np.inf
-    first, snapped = 0.0, False
-    while len(history) <= iterations:
-        mean = grid.yield_to(f)
-        near = grid.near_wall(f, grid.z, grid.law)
-        if near is None:
-            return False
-        tiles = _Tiles(grid, near, f)
-        energy = tiles.energy(mean)
-        first = first if history else energy
-        history.append(Iteration(tiles.residual, energy - first, 1.0))
-        if goal.reached(tiles.residual, grid.look):
+    def correct(self, goal: Goal, history: list[Iteration], iterations: int, *, coarser: bool) -> bool | None:
+        f = self._traction_below() if coarser else self._own_traction()
+        if f is None:
+            return None
+        if self._approach(f, goal, history, iterations):
+            self.forget_wall()
+            self.traction, self.corrected = f, True
             return True
-        # What has snapped is a new state, whose residual says nothing of the last correction; its energy does.
-        slow = not (snapped or tiles.residual < SLOW * error)
-        if slow or energy > last + LARGEST_RISE * abs(tiles.wall_energy):
-            return False
-        error, last = tiles.residual, energy
-        if not tiles.relax(max(BEYOND * goal.bound, MISSED * error)):
-            return False
-        snapped = tiles.snapped
-        tiles.onto(f)
-    return False
+        history.clear()
+        self.forget_tiles()
+        self.go_to_start()
+        return False
+
+    def _traction_below(self) -> Real | None:
+        """The traction of the coarser grid, in the memory of the direction; None if that found none."""
+        below, f = self.chain[1], self.direction
+        # The offset of the coarser grid lies there, and is needed where its state is none.
+        traction, of = below.traction, below.n
+        if not np.isfinite(traction[:, :of].sum()):
+            return None
+        self.sweep(lambda a, b, sums: pressing.spread(a, b, sums, traction, of, f, self.n))
+        below.release()
+        return f
+
+    def _own_traction(self) -> Real:
+        """That under which the state at hand is where it is, whose gradient is complete: p - g."""
+        self.force()
+        f = self.direction
+        np.subtract(self.traction, f, out=f)
+        f[self.z >= self.law.reach] = 0.0
+        return f
+
+    def _approach(self, f: Real, goal: Goal, history: list[Iteration], iterations: int) -> bool:
+        """Find the gap under a traction and what is missing, correct the traction on tiles, and again."""
+        error = last = np.inf
+        first, snapped = 0.0, False
+        while len(history) <= iterations:
+            mean = self._yield_to(f)
+            near = self.near_wall(f, self.z, self.law)
+            if near is None:
+                return False
+            tiles = _Tiles(self, near, f)
+            energy = tiles.energy(mean)
+            first = first if history else energy
+            history.append(Iteration(tiles.residual, energy - first, 1.0))
+            if goal.reached(tiles.residual, self.look):
+                return True
+            # What has snapped is a new state, whose residual says nothing of the last correction; its energy does.
+            slow = not (snapped or tiles.residual < SLOW * error)
+            if slow or energy > last + LARGEST_RISE * abs(tiles.wall_energy):
+                return False
+            error, last = tiles.residual, energy
+            if not tiles.relax(max(BEYOND * goal.bound, MISSED * error)):
+                return False
+            snapped = tiles.snapped
+            tiles.onto(f)
+        return False
+
+    def _yield_to(self, f: Real) -> float:
+        """Set z to the gap of a surface under the traction f; returns the mean of its displacement."""
+        self._load(f)
+        force = 0.0 if self.held else self.pressure
+        mean = self.spectral(
+            lambda a, b, sums: sweeps.yielding(a, b, sums, self.w, self.K, force), forward=True, inverse=True
+        )[0]
+        self._lay()
+        return float(mean)
 
 
 class _Tiles:
     """Traction f and gap z of the tiles near the wall; from there on a model says how z follows f."""
 
-    def __init__(self, grid: CompiledSmoothGrid, tiles: Tiles, f: Real) -> None:
+    def __init__(self, grid: TiledSmoothGrid, tiles: Tiles, f: Real) -> None:
         self.grid, self.tiles, self.law = grid, tiles, grid.law
         self.f, self.z, self.offset = (tiles.gather(each) for each in (f, grid.z, grid.offset))
         self.t, self.w, self.missing, self.spare = (tiles.field() for _ in range(4))

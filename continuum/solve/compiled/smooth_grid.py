@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property, partial
+from typing import Self
 
 import numpy as np
 
@@ -14,11 +15,9 @@ from continuum.model.laws import Law
 from continuum.solve.boxes import Boxes
 from continuum.solve.compiled import points, sweeps, tractions
 from continuum.solve.compiled.compiling import Single
-from continuum.solve.compiled.corrections import correct_coarser, correct_start
 from continuum.solve.compiled.linear import CompiledLinearGrid, SteppedPasses
 from continuum.solve.compiled.passes import NEAR, reused
-from continuum.solve.compiled.tiles import TilePasses
-from continuum.solve.solution import Goal, Iteration, Solution, Work
+from continuum.solve.solution import Solution, Work
 
 NONE: Real = np.zeros((0, 0))
 """A field that has no memory at the moment."""
@@ -26,7 +25,7 @@ NO_STIFFNESS: Single = np.zeros((0, 0), np.float32)
 """The same in single precision."""
 
 
-class CompiledSmoothGrid(TilePasses, SteppedPasses):
+class CompiledSmoothGrid(SteppedPasses):
     """Gap z and direction d over the points, spectra of the gradient and of d; and the coarser grids.
 
     Fields are made anew for each problem, since what is handed out is their memory; spectra are kept.
@@ -53,7 +52,7 @@ class CompiledSmoothGrid(TilePasses, SteppedPasses):
     corrected = False
 
     def __init__(
-        self,
+        self: Self,
         grid: Grid,
         stiffness_q: Real,
         threads: int,
@@ -67,23 +66,23 @@ class CompiledSmoothGrid(TilePasses, SteppedPasses):
         super().__init__(grid, np.array(stiffness_q, order="C"), threads, below)
         self._sampled, self._of_grids = sampled, (smallest, precision)
         self.g, self.d = self.spectrum(), self.spectrum()
-        self.coarser: CompiledSmoothGrid | None = None
+        self.coarser: Self | None = None
         if below is not None:
             K = cut(stiffness_q, below.shape_q)
-            under = CompiledSmoothGrid(below, K, threads, *self._of_grids, coarser - 1, sampled=sampled)
+            under = type(self)(below, K, threads, *self._of_grids, coarser - 1, sampled=sampled)
             self.coarser = under
             self.linear = CompiledLinearGrid(below, K, threads, precision, under.linear, (under.g, under.d, under.w))
         self.boxes = Boxes.on(grid, stiffness_q)
         self.box_pairs = 0.0
 
     @cached_property
-    def box(self) -> CompiledSmoothGrid:
+    def box(self) -> Self:
         """The grid of one box, if there are :attr:`boxes`."""
         assert self.boxes is not None
-        return CompiledSmoothGrid(self.boxes.grid, self.boxes.stiffness_q, 1, *self._of_grids, 0)
+        return type(self)(self.boxes.grid, self.boxes.stiffness_q, 1, *self._of_grids, 0)
 
     @property
-    def chain(self) -> list[CompiledSmoothGrid]:
+    def chain(self) -> list[Self]:
         """The grid itself and all coarser ones."""
         return [self, *(self.coarser.chain if self.coarser else [])]
 
@@ -255,7 +254,7 @@ class CompiledSmoothGrid(TilePasses, SteppedPasses):
         for values in (self.w, self.d, self.direction):
             values[...] = 0.0
 
-    # --- where it stalls, and tiles ----------------------------------------------------------------------------
+    # --- where it stalls --------------------------------------------------------------------------------------
 
     def force(self) -> None:
         """The gradient as a field, in the memory of the direction, which is forgotten."""
@@ -271,7 +270,7 @@ class CompiledSmoothGrid(TilePasses, SteppedPasses):
         self.set_coarser_problem(started=True)
         return True
 
-    def relax_boxes(self, descend: Callable[[CompiledSmoothGrid, Law, Real, Real], Solution]) -> float:
+    def relax_boxes(self, descend: Callable[[Self, Law, Real, Real], Solution]) -> float:
         assert self.boxes is not None
         self.force()
         z, traction, g = (each[:, : self.n] for each in (self.z, self.traction, self.direction))
@@ -279,23 +278,6 @@ class CompiledSmoothGrid(TilePasses, SteppedPasses):
         self.box_pairs += pairs
         self.go_to_start()
         return rise
-
-    def has_tiles(self, *, below: bool = False) -> bool:
-        known = self.chain[1 if below else 0]
-        return self.pay_near(known.z[:, : known.n], self.law)
-
-    def correct(self, goal: Goal, history: list[Iteration], iterations: int, *, coarser: bool) -> bool | None:
-        return (correct_coarser if coarser else correct_start)(self, goal, history, iterations)
-
-    def yield_to(self, f: Real) -> float:
-        """Set z to the gap of a surface under the traction f; returns the mean of its displacement."""
-        self._load(f)
-        force = 0.0 if self.held else self.pressure
-        mean = self.spectral(
-            lambda a, b, sums: sweeps.yielding(a, b, sums, self.w, self.K, force), forward=True, inverse=True
-        )[0]
-        self._lay()
-        return float(mean)
 
     # --- the outcome -------------------------------------------------------------------------------------------
 

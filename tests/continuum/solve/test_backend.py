@@ -20,8 +20,8 @@ from continuum.model.walls import LennardJonesSpline
 from continuum.solve import coarse, hard, smooth
 from continuum.solve.backend import back_end
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
+from continuum.solve.compiled.corrections import TiledSmoothGrid as SmoothGrid
 from continuum.solve.compiled.passes import Passes
-from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid as SmoothGrid
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
 

@@ -18,7 +18,7 @@ from continuum.model.walls import LennardJonesSpline
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import PathState
 from continuum.solve.boxes import LEAST, Boxes
-from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid as SmoothGrid
+from continuum.solve.compiled.corrections import TiledSmoothGrid as SmoothGrid
 from continuum.solve.solution import Closer, Settings, Status
 from tests.problems import Rough
 
