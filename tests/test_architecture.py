@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 from statistics import median
 
@@ -246,6 +247,12 @@ def asked_for(path: Path) -> Iterator[str]:
 def test_no_module_asks_what_class_of_another_one_an_object_is() -> None:
     found = {(name(path), asked) for path in MODULES if name(path) not in REGISTRY for asked in asked_for(path)}
     assert found == DOORS
+
+
+def test_the_solvers_import_in_no_circle() -> None:
+    """Not for their types, either: a reader begins with a module that needs none but those already read."""
+    solve = {name(path): path for path in MODULES if name(path).startswith("continuum.solve.")}
+    TopologicalSorter({module: solve.keys() & set(imports(path)) for module, path in solve.items()}).prepare()
 
 
 def test_the_solvers_know_no_machine() -> None:

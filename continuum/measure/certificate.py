@@ -188,7 +188,7 @@ _Parts = tuple[dict[str, Found], float, float]
 
 
 def _periodic(problem: ContactProblem, gap: Real, traction: Real, load: Found, coarse: Real) -> _Parts:
-    """Of the displacement that heights and gap give, and what the wall leaves of its elastic traction."""
+    """The parts of a periodic surface: the displacement follows from heights and gap, the residual from its traction."""
     stiffness, u = _whole(problem.stiffness_q, gap.shape[1], 0.0), problem.heights - gap
     elastic = _product(stiffness, u)
     off = elastic + traction
@@ -210,8 +210,9 @@ def _of_displacement(problem: ContactProblem, u: Real, elastic: Real, load: Foun
 
 
 def _part(problem: ContactProblem, gap: Real, traction: Real, load: Found, coarse: Real) -> _Parts:
-    """Of a part of a half-space, on the periodic surface of twice the size by which an open boundary is computed: the
-    elastic traction of the difference from the displacement that the tractions of the window give there.
+    """The parts of a window of a half-space, on the periodic surface of twice its size.
+
+    The residual is the elastic traction of what its displacement lacks of that which the tractions of the window give.
     """
     boundary = problem.open_boundary
     assert boundary is not None

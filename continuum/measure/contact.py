@@ -125,7 +125,7 @@ class Measurement(Totals):
     pressure_att: float = quantity("E*", "mean attractive pressure N_att/A_att")
     """Positive; w/Δr in the paper's theory."""
     kappa: float = quantity("1", "κ = h'rms E* A_rep/N")
-    """Of Eq. (1): negative where the load is; infinite where it vanishes."""
+    """The κ of Eq. (1) is negative where the load is, and infinite where that vanishes."""
     kappa_rep: float = quantity("1", "κ_rep = h'rms E* A_rep/N_rep")
     kappa_att: float = quantity("1", "κ_att = h'rms E* A_rep/N_att")
     """Infinite without attraction: 1/κ = 1/κ_rep - 1/κ_att."""

@@ -100,7 +100,7 @@ class _Seen(NamedTuple):
     """What a trial has shown."""
 
     argument: float
-    """Of the error function that is its area; full contact, and none, count as half a point less."""
+    """Argument of the error function that is its area; full contact, and none, count as half a point less."""
     pressure: float
     mean_gap: float
 

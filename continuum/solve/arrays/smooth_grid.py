@@ -131,13 +131,13 @@ class ArraySmoothGrid(_Descending):
     d: Array = None
     traction: Array = None
     _change: Array = None
-    """Of the traction, by the last step; all of it where that is not in the gradient yet."""
+    """Change of the traction by the last step; all of it where that is not in the gradient yet."""
     _energy: Any = 0.0
     """Mean of φ at z."""
     _before: tuple[Array, Any] = None, 0.0
     """Traction and energy where the steps along d began."""
     _size = 0.0
-    """Of the coarse step, zero where it did not descend."""
+    """Length of the gradient that the coarse step was made for; zero where that did not descend."""
 
     def __init__(
         self,

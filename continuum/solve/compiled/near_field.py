@@ -27,7 +27,7 @@ def cubic_spline(x: Real) -> Real:
 
 
 def weights() -> Single:
-    """Of the four points of the coarse grid around each point along a tile, shape (4, SIDE)."""
+    """Weights of the four points of the coarse grid around each point along a tile, shape (4, SIDE)."""
     behind = np.arange(SIDE) % RATIO / RATIO
     return cubic_spline(behind - np.arange(-1, 3)[:, None]).astype(np.float32)
 
