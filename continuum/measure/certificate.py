@@ -188,7 +188,7 @@ _Parts = tuple[dict[str, Found], float, float]
 
 
 def _periodic(problem: ContactProblem, gap: Real, traction: Real, load: Found, coarse: Real) -> _Parts:
-    """The parts of a periodic surface: the displacement follows from heights and gap, the residual from its traction."""
+    """The parts of a periodic surface: heights and gap give the displacement, its elastic traction the residual."""
     stiffness, u = _whole(problem.stiffness_q, gap.shape[1], 0.0), problem.heights - gap
     elastic = _product(stiffness, u)
     off = elastic + traction
