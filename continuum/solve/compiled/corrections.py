@@ -128,19 +128,14 @@ class _Tiles:
         """Whether a step went to where the energy has a negative curvature."""
         self._advance(0.0)
 
-    def _advance(self, step: float) -> None:
-        """Go along the direction: f, z, and what is missing there."""
+    def _advance(self, step: float) -> tuple[float, float]:
+        """Go along the direction: f, z, what is missing there; returns slope and curvature of the energy, summed."""
         kind, parameters, _ = self.law
         given = self.f, self.z, self.t, self.w, step, kind, parameters, self.missing, self.stiffness
-        squares, energy = self.tiles.sweep(lambda a, b, sums: tractions.advance_traction(a, b, sums, *given))[:2]
-        self.residual, self.wall_energy = float(np.sqrt(squares / self.grid.size)), float(energy) / self.grid.size
-
-    def _along(self, step: float) -> tuple[float, float]:
-        """Slope and curvature of the energy after a step, summed."""
-        kind, parameters, _ = self.law
-        given = self.f, self.z, self.t, self.w, step, kind, parameters
-        sums = self.tiles.sweep(lambda a, b, sums: tractions.along_traction(a, b, sums, *given))
-        return float(sums[0]), float(sums[1])
+        sums = self.tiles.sweep(lambda a, b, sums: tractions.advance_traction(a, b, sums, *given))
+        squares, energy, slope, curvature = (float(each) for each in sums[:4])
+        self.residual, self.wall_energy = float(np.sqrt(squares / self.grid.size)), energy / self.grid.size
+        return slope, curvature
 
     def energy(self, mean: float) -> float:
         """Energy per point of the whole surface, before anything has moved; ``mean`` is that of the displacement."""
@@ -154,10 +149,8 @@ class _Tiles:
             if not self.residual > bound:
                 return self.residual <= bound
             self._find_direction(max(LOOSE, 0.5 * bound / self.residual))
-            step = self._length()
-            if not np.isfinite(step):
+            if not self._descend():
                 return False
-            self._advance(step)
         return False
 
     def _find_direction(self, part: float) -> None:
@@ -198,22 +191,20 @@ class _Tiles:
             np.negative(self.t, out=self.t)
             np.negative(self.w, out=self.w)
 
-    def _length(self) -> float:
-        """Length of the step to about the minimum of the energy along it; NaN if there is none."""
-        first, _ = self._along(0.0)
-        if not first < 0:
-            return np.nan
-        step, low, high = 1.0, 0.0, np.inf
-        for _ in range(TRIALS):
-            slope, curvature = self._along(step)
+    def _descend(self) -> bool:
+        """Go along the direction to about the minimum of the energy; whether there is one."""
+        first = _dot(self.missing, self.w)
+        step, here, low, high = 1.0, 0.0, 0.0, np.inf
+        for _ in range(TRIALS if first < 0 else 0):
+            slope, curvature = self._advance(step - here)
             if abs(slope) <= SLOPE_ACCEPTED * abs(first):
-                return step
+                return True
             low, high = (step, high) if slope < 0 else (low, step)
             newton = step - slope / curvature if curvature > 0 else np.inf
             if not low < newton < high:
                 newton = (low + high) / 2 if np.isfinite(high) else 2 * step
-            step = newton
-        return np.nan
+            here, step = step, newton
+        return False
 
     def onto(self, f: Real) -> None:
         """Set the traction of the whole grid: what has moved out of reach carries none."""

@@ -204,11 +204,10 @@ class CompiledSmoothGrid(SteppedPasses):
         if not self.traction.size:
             # No sooner, since coarser grids have given their memory back by now.
             self.traction, self.stiffness = self.rows(), self.single_rows()
-        self.corrected, (kind, parameters, reach) = False, self.law
-        law = kind, parameters, reach, reach + NEAR, self.near, self.traction, self.stiffness
-        self._energy = (
-            self.into(lambda a, b, sums, p: tractions.press_gap(a, b, sums, p, self.z, self.n, *law))[0] / self.size
-        )
+        self.traction[...] = self.stiffness[...] = 0.0
+        self.corrected = False
+        # The direction may not be finite; of no length, any finite field is as good.
+        self._energy = float(self._step_along(self.z, 0.0, 0.0)[2])
 
     # --- an iteration ------------------------------------------------------------------------------------------
 
@@ -242,13 +241,15 @@ class CompiledSmoothGrid(SteppedPasses):
     def move(self, step: float, alpha: float) -> tuple[float, float, float]:
         if step == alpha:
             self._energy_before = self._energy
-        z, d, n, (kind, parameters, reach) = self.z, self.direction, self.n, self.law
-        law = kind, parameters, reach, reach + NEAR, self.near, self.traction, self.stiffness
-        sums = (
-            self.into(lambda a, b, sums, p: tractions.move_gap(a, b, sums, p, z, d, n, step, alpha, *law)) / self.size
-        )
-        slope, before, self._energy, size = (float(each) for each in sums[:4])
+        slope, before, self._energy, size = (float(each) for each in self._step_along(self.direction, step, alpha))
         return slope, self._energy - self._energy_before - alpha * before, size
+
+    def _step_along(self, d: Real, step: float, alpha: float) -> Real:
+        """Move the gap, whose change of the traction is to be transformed; returns the sums as means."""
+        z, n, (kind, parameters, reach) = self.z, self.n, self.law
+        law = kind, parameters, reach, reach + NEAR, self.near, self.traction, self.stiffness
+        sums = self.into(lambda a, b, sums, p: tractions.move_gap(a, b, sums, p, z, d, n, step, alpha, *law))
+        return sums[:4] / self.size
 
     def clear(self) -> None:
         for values in (self.w, self.d, self.direction):

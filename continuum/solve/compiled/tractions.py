@@ -17,48 +17,6 @@ from continuum.solve.compiled.compiling import TILE, Mask, Single, compiled, inl
 
 
 @compiled
-def press_gap(
-    first: int,
-    last: int,
-    sums: Real,
-    out: Real,
-    z: Real,
-    n: int,
-    kind: int,
-    parameters: Real,
-    reach: float,
-    near_gap: float,
-    near: Mask,
-    traction: Real,
-    stiffness: Single,
-) -> None:
-    """Traction and stiffness of the wall; the first into ``out``, too.  Marks the tiles.  sums: of the energy."""
-    energy = 0.0
-    here = np.empty((3, TILE))
-    for i in range(first, last):
-        for t in range(near.shape[1]):
-            gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
-            force = out[i - first, t * TILE : min(n, (t + 1) * TILE)]
-            kept = traction[i, t * TILE : min(n, (t + 1) * TILE)]
-            stiff = stiffness[i, t * TILE : min(n, (t + 1) * TILE)]
-            close = touching = 0
-            for j in range(gap.size):
-                close += not gap[j] >= near_gap
-                touching += not gap[j] >= reach
-            near[i, t] = close > 0
-            if touching:
-                respond(kind, gap, parameters, here)
-                for j in range(gap.size):
-                    energy += here[0, j]
-                    force[j] = kept[j] = here[1, j]
-                    stiff[j] = here[2, j]
-            else:
-                for j in range(gap.size):
-                    force[j] = kept[j] = stiff[j] = 0.0
-    sums[0] = energy
-
-
-@compiled
 def turn_near(
     first: int, last: int, sums: Real, s: Real, d: Real, n: int, beta: float, stiffness: Single, near: Mask
 ) -> None:
@@ -131,7 +89,8 @@ def move_gap(
 ) -> None:
     """Step z <- z - step d, the last of several that add up to alpha.  Marks the tiles anew.
 
-    The change of the traction since alpha = 0 goes into ``out``; traction and stiffness are kept for the new gap.
+    The change of the traction since alpha = 0 goes into ``out``; traction and stiffness are kept for the new gap.  From
+    a traction that is kept as zero, a step of length zero changes it by all of it.
     sums: of that change times d; of the traction at alpha = 0 times d; of the energy; of its size.
     """
     slope = before = energy = size = 0.0
@@ -207,47 +166,24 @@ def advance_traction(
 ) -> None:
     """Set f <- f + step t and z <- z + step w on tiles, missing <- f - the traction of the wall, and its stiffness.
 
-    sums: of missing², of the energy of the wall.
+    sums: of missing², of the energy of the wall; of w times what is missing, of w (t + stiffness w).
     """
-    squares = energy = 0.0
+    squares = energy = slope = curvature = 0.0
     here = np.empty((3, f.shape[1]))
     for i in range(start, stop):
-        fi, zi, missed, stiff = f[i], z[i], missing[i], stiffness[i]
+        fi, zi, ti, wi, missed, stiff = f[i], z[i], t[i], w[i], missing[i], stiffness[i]
         for j in range(fi.size):
-            fi[j] += step * t[i, j]
-            zi[j] += step * w[i, j]
+            fi[j] += step * ti[j]
+            zi[j] += step * wi[j]
         respond(kind, zi, parameters, here)
         for j in range(fi.size):
             missed[j] = fi[j] - here[1, j]
             stiff[j] = here[2, j]
             squares += missed[j] * missed[j]
             energy += here[0, j]
+            slope += wi[j] * missed[j]
+            curvature += wi[j] * (ti[j] + here[2, j] * wi[j])
     sums[0] = squares
     sums[1] = energy
-
-
-@compiled
-def along_traction(
-    start: int,
-    stop: int,
-    sums: Real,
-    f: Real,
-    z: Real,
-    t: Real,
-    w: Real,
-    step: float,
-    kind: int,
-    parameters: Real,
-) -> None:
-    """At f + step t and z + step w on tiles.  sums: of w times what is missing there; of w (t + stiffness w)."""
-    slope = curvature = 0.0
-    there, gap = np.empty((3, f.shape[1])), np.empty(f.shape[1])
-    for i in range(start, stop):
-        for j in range(gap.size):
-            gap[j] = z[i, j] + step * w[i, j]
-        respond(kind, gap, parameters, there)
-        for j in range(gap.size):
-            slope += w[i, j] * (f[i, j] + step * t[i, j] - there[1, j])
-            curvature += w[i, j] * (t[i, j] + there[2, j] * w[i, j])
-    sums[0] = slope
-    sums[1] = curvature
+    sums[2] = slope
+    sums[3] = curvature
