@@ -44,26 +44,22 @@ def linear_turn(first: int, last: int, sums: Real, s: Field, d: Field, n: int, b
 
 @compiled
 def displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offset: Real, lift: float) -> None:
-    """Displacement u = offset + lift - z into ``out``.  sums: of u."""
+    """Displacement u = offset + lift - z into ``out``, or z from u.  sums: of it."""
+    total = 0.0
     for i in range(first, last):
         for j in range(n):
             u = offset[i, j] + lift - z[i, j]
             out[i - first, j] = u
-            sums[0] += u
-
-
-@compiled
-def lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Real, lift: float) -> None:
-    """Gap z = offset + lift - u."""
-    for i in range(first, last):
-        for j in range(n):
-            z[i, j] = offset[i, j] + lift - u[i - first, j]
+            total += u
+    sums[0] = total
 
 
 @compiled
 def copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> None:
     """The values themselves into ``out``.  sums: of them."""
+    total = 0.0
     for i in range(first, last):
         for j in range(n):
             out[i - first, j] = values[i, j]
-            sums[0] += values[i, j]
+            total += values[i, j]
+    sums[0] = total

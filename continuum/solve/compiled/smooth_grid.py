@@ -16,7 +16,7 @@ from continuum.solve.boxes import Boxes
 from continuum.solve.compiled import points, sweeps, tractions
 from continuum.solve.compiled.compiling import Single
 from continuum.solve.compiled.linear import CompiledLinearGrid, SteppedPasses
-from continuum.solve.compiled.passes import NEAR, reused
+from continuum.solve.compiled.passes import NEAR, Sweep, reused
 from continuum.solve.solution import Solution, Work
 
 NONE: Real = np.zeros((0, 0))
@@ -197,7 +197,7 @@ class CompiledSmoothGrid(SteppedPasses):
     def _lay(self) -> None:
         """The gap of a displacement that was transformed back."""
         z, n, offset, lift = self.z, self.n, self.offset, self.lift
-        self.out_of(lambda a, b, sums, u: points.lay(a, b, sums, u, z, n, offset, lift))
+        self.out_of(lambda a, b, sums, u: points.displace(0, b - a, sums, z[a:b], u, n, offset[a:b], lift))
 
     def _press(self) -> None:
         """Traction of the gap, to be transformed."""
@@ -214,13 +214,19 @@ class CompiledSmoothGrid(SteppedPasses):
     def gradient(self, shift: float, alpha: float, beta: float, *, coarse: bool, complete: bool) -> Real:
         if complete:
             self.w[...] = 0.0
-        rows, columns, c0 = self.modes(shift, coarse=coarse)
+        finished = self._finished(shift, alpha, beta, coarse=coarse)
+        return self.spectral(finished, forward=not complete, inverse=True, keep_low=coarse)
+
+    def _finished(self, shift: float, alpha: float, beta: float, *, coarse: bool) -> Sweep:
+        """The gradient after a step, and M g."""
+        low = self.modes(shift, coarse=coarse)
+        spectra, weights = (self.g, self.d, self.w, self.K), self.weights
 
         def sweep(a: int, b: int, sums: Real) -> None:
-            weights = self.weights
-            sweeps.finish_gradient(a, b, sums, self.g, self.d, self.w, self.K, c0, alpha, beta, rows, columns, weights)
+            rows, columns, c0 = low
+            sweeps.finish_gradient(a, b, sums, *spectra, c0, alpha, beta, rows, columns, weights)
 
-        return self.spectral(sweep, forward=not complete, inverse=True, keep_low=coarse)
+        return sweep
 
     def turn(self, beta: float, *, coarse: bool) -> float:
         if coarse:
@@ -286,8 +292,7 @@ class CompiledSmoothGrid(SteppedPasses):
         self._displace()
         self._elastic()
         self._press()
-        g, weights = self.g, self.weights
-        sums = self.spectral(lambda a, b, sums: sweeps.add_square(a, b, sums, g, self.w, weights), forward=True)
+        sums = self.spectral(self._finished(1.0, 0.0, 0.0, coarse=False), forward=True)
         return float(np.sqrt(sums[0]))
 
     def look(self) -> Real:

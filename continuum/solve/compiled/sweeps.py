@@ -365,14 +365,3 @@ def yielding(first: int, last: int, sums: Real, work: Field, K: Field, force: fl
             work[i, 2 * j + 1] /= -K[i, j]
     if first == 0:
         sums[0] = work[0, 0]
-
-
-@compiled
-def add_square(first: int, last: int, sums: Real, g: Field, work: Field, weights: Field) -> None:
-    """Set g <- g + work; sums: |g|²."""
-    for i in range(g.shape[0]):
-        for c in range(2 * first, 2 * last):
-            g[i, c] += work[i, c]
-    for i in range(g.shape[0]):
-        for j in range(first, last):
-            sums[0] += weights[j] * (g[i, 2 * j] * g[i, 2 * j] + g[i, 2 * j + 1] * g[i, 2 * j + 1])
