@@ -83,7 +83,7 @@ def test_a_run_fills_the_page_and_the_next_measures_nothing_again(
 
 def test_what_is_missing_is_named_and_tried_again(tmp_path: Path) -> None:
     results = run.Results(tmp_path / "results.json", minutes=1.0)
-    point = {"n": 512, "seed": 1, "peer": "Adhesion (SciPy)"}
+    point = {"n": 512, "seed": 1, "peer": "Adhesion"}
 
     def absent() -> run.Row:
         raise run.Missing("Adhesion is not installed")
@@ -91,7 +91,7 @@ def test_what_is_missing_is_named_and_tried_again(tmp_path: Path) -> None:
     results.measure("adhesive", point, absent)
     page = _page(tmp_path)
     report.write(results.content, tmp_path)
-    assert "Adhesion (SciPy): Adhesion is not installed" in page.read_text()
+    assert "Adhesion: Adhesion is not installed" in page.read_text()
     # What would take longer than there is time is left out: a grid of twice the points takes longer than this one.
     assert results.measure("work", {"n": 512, "seed": 1}, lambda: {"cpu": 1.0})["cpu"] == 1.0
     results.content["rows"]["work"][0]["seconds"] = 3600.0

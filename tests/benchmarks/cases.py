@@ -17,8 +17,8 @@ __all__ = [
     "PAIRS_ALLOWED",
     "PEER_ADHESION_LENGTH",
     "PEER_AREAS",
-    "PEER_LENGTHS",
     "PEER_PRESSURES",
+    "PEER_SURFACES",
     "PRESSURE",
     "SEEDS",
     "SIZES",
@@ -32,26 +32,25 @@ SIZES = (512, 1024, 2048, 4096)
 MOST_POINTS = {
     "work": 4096,
     "iteration": 4096,
-    "adhesive": 2048,
-    "areas": 1024,
+    "adhesive": 1024,
     "hard_wall": 2048,
     "seeds": 1024,
-    "slow": 512,
     "turn": 1024,
     "kinds": 512,
     "searches": 1024,
 }
 """Largest grids of each table; beyond, only work and memory of one load point.
 
-``seeds``: of several seeds under the adhesive peer and of repeated iterations; ``slow``: of its slower optimiser.
+``seeds``: of several seeds under the hard wall and of repeated iterations.
 """
 
 ADHESION_LENGTHS = (0.0, 0.005, 0.05)
 PEER_ADHESION_LENGTH = 0.005
-"""At which the peers are compared."""
-PEER_LENGTHS = (0.0005, 0.005)
-PEER_AREAS = (0.003, 0.01, 0.05, 0.2)
-"""Adhesion lengths and repulsive areas at which the adhesive peer is compared from few contacts to many."""
+"""Of atoms, and of contacts of other kinds."""
+PEER_SURFACES = ((32.0, 0.8, 0.0005, 1024), (32.0, 0.8, 0.005, 1024), (32.0, 0.8, 0.05, 512), (4.0, 0.3, 0.005, 512))
+"""λ_s in a0, H, l_a in a0 and the largest grid of the comparison with the adhesive peer."""
+PEER_AREAS = (0.003, 0.01, 0.05, 0.2, 0.5)
+"""Repulsive areas of each, from few contacts to many."""
 SEEDS = (1, 2, 3)
 AREA = 0.01
 """Repulsive area fraction near which the work per load point is counted."""
@@ -67,9 +66,9 @@ MEMORY_ALLOWED = {4096: 1536, 8192: 6144}
 """Bounds of the peak memory of a process, in MiB."""
 
 
-def rough(n: int, seed: int, adhesion_length: float = 0.0, lambda_s: float = 32.0) -> Rough:
-    """The wall of all benchmarks: H = 0.8, h'rms = 0.1 exactly, λ_L = L/2."""
-    return Rough(n, adhesion_length, lambda_s, seed)
+def rough(n: int, seed: int, adhesion_length: float = 0.0, lambda_s: float = 32.0, hurst: float = 0.8) -> Rough:
+    """The wall of all benchmarks: h'rms = 0.1 exactly, λ_L = L/2."""
+    return Rough(n, adhesion_length, lambda_s, seed, hurst=hurst)
 
 
 def coarse(surface: Rough, factor: int = 4) -> ContactProblem:

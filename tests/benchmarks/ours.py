@@ -108,10 +108,10 @@ def turn(n: int, seed: int, hurst: float, reach: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def gap_of(n: int, seed: int, adhesion_length: float, area: float) -> dict[str, Any]:
+def gap_of(n: int, seed: int, area: float, **surface: float) -> dict[str, Any]:
     """Mean gap, in a0, and mean pressure, in E*, where the repulsive area is within a twentieth of a part of A0."""
     warm_up()
-    problem = rough(n, seed, adhesion_length).problem()
+    problem = rough(n, seed, **surface).problem()
     state = solve(problem, "repulsive-area", area, Settings(TOLERANCE), search=Search(0.05, 0.02))
     state.require()
     return {"mean_gap": state.mean_gap, "pressure": state.load}
@@ -120,18 +120,18 @@ def gap_of(n: int, seed: int, adhesion_length: float, area: float) -> dict[str, 
 def mean_gap_at(
     n: int,
     seed: int,
-    adhesion_length: float,
     mean_gap: float,
     tolerance: float = TOLERANCE,
     save: str = "",
     start: str = "",
+    **shape: float,
 ) -> dict[str, Any]:
     """One load point at a given mean gap; the time runs from the heights to the state.
 
     The start is cold, or the gap in a file, whose basin is then kept to.
     """
     warm_up()
-    surface = rough(n, seed, adhesion_length)
+    surface = rough(n, seed, **shape)
     heights = surface.heights()
 
     def cold() -> tuple[PathState, Wall]:
@@ -157,9 +157,9 @@ def mean_gap_at(
     }
 
 
-def judge(n: int, seed: int, adhesion_length: float, files: list[str]) -> dict[str, Any]:
+def judge(n: int, seed: int, files: list[str], **surface: float) -> dict[str, Any]:
     """States of several codes, from their gaps: areas, loads, energies, and the residual K u + p without its mean."""
-    problem = rough(n, seed, adhesion_length).problem()
+    problem = rough(n, seed, **surface).problem()
     gaps = [np.load(file) for file in files]
     found = []
     for gap in gaps:

@@ -16,7 +16,6 @@ from tests.benchmarks.cases import (
     AREA,
     MEMORY_ALLOWED,
     PAIRS_ALLOWED,
-    PEER_ADHESION_LENGTH,
 )
 
 __all__ = ["draw", "growth_exponent", "line", "short", "tables", "write"]
@@ -151,118 +150,70 @@ def _ratio(row: Row) -> float:
     return float(row["theirs"]["cpu"] / row["ours"]["cpu"])
 
 
-Shown = dict[str, Callable[[Row, Row], str]]
+def _each(rows: list[Row], shown: Callable[[Row], str]) -> str:
+    return ", ".join(map(shown, rows))
 
 
-def _names(rows: list[Row]) -> list[list[str]]:
-    late = {True: "", False: " (not converged)"}
-    return [
-        [f"{row['n']}²", str(row["seed"]), row["peer"] + _pressure(row) + late[row["theirs"]["converged"]]]
-        for row in rows
-    ]
-
-
-def _pressure(row: Row) -> str:
-    return f", {row['pressure']:g} E*" if "pressure" in row else ""
-
-
-def _costs(rows: list[Row]) -> str:
-    """What ours and each peer cost."""
-    cells = [
-        [
-            *name,
-            f"{row['theirs']['cpu']:.2f} / {row['ours']['cpu']:.2f}",
-            f"**{_ratio(row):.1f}**",
-            f"{len(row['theirs']['cpus'])}",
-            f"{row['theirs']['iterations'] or '?'} / {row['ours']['iterations']}",
-            f"{row['ours']['fft_pairs']:.1f}",
-            f"{row['theirs']['peak_mib']:.0f} / {row['ours']['peak_mib']:.0f}",
-        ]
-        for name, row in zip(_names(rows), rows, strict=True)
-    ]
-    head = ["grid", "seed", "peer", "CPU s, peer / ours", "ratio", "turns", "iterations", "FFT pairs, ours", "peak MiB"]
-    return table(head, cells)
-
-
-def _states(names: list[list[str]], pairs: list[Row], shown: Shown) -> str:
-    """The peer's state and ours, beside one another: columns by function of both."""
-    cells = [
-        [*name, str(pair["pixels_different"]), *(cell(*pair["states"]) for cell in shown.values())]
-        for name, pair in zip(names, pairs, strict=True)
-    ]
-    return table(["grid", "seed", "peer", "pixels differing", *shown], cells)
-
-
-def _both(key: str, digits: str) -> Callable[[Row, Row], str]:
-    return lambda theirs, ours: f"{theirs[key]:{digits}} / {ours[key]:{digits}}"
-
-
-def _apart(key: str) -> Callable[[Row, Row], str]:
-    return lambda theirs, ours: f"{abs(theirs[key] / ours[key] - 1):.0e}"
+def _spread(rows: list[Row]) -> str:
+    """Median and range of the ratios on each grid, and of all."""
+    parts = [(f"on {n}²", group) for (n,), group in groups(rows, "n").items()] + [("in all", rows)]
+    ratios = {where: [_ratio(row) for row in group] for where, group in parts}
+    found = [f"{where} {median(of):.0f} in the median, {min(of):.0f} to {max(of):.0f}" for where, of in ratios.items()]
+    late = sum(not row["theirs"]["converged"] for row in rows)
+    return f"\nThe ratio is {'; '.join(found)} ({len(rows)} states{f', {late} of them not converged' * bool(late)}).\n"
 
 
 def adhesive(rows: list[Row]) -> str:
-    """Ours and the peer at one mean gap and one residual."""
-    same: Shown = {
-        "A_rep, pixels": _both("pixels_rep", "d"),
-        "A_att, pixels": _both("pixels_att", "d"),
-        "load, E* A0": _both("pressure", ".9e"),
-        "rel. diff.": _apart("pressure"),
-        "rms residual, E*": _both("rms_residual", ".1e"),
-        "max residual, E*": _both("max_residual", ".1e"),
-    }
-    cold = same | {
-        "mean gap, a0": _both("mean_gap", ".9f"),
-        "energy diff., E* a0": lambda theirs, ours: f"{theirs['energy'] - ours['energy']:.0e}",
-    }
-    names = _names(rows)
-    return (
-        f"### Adhesive contact, l_a = {PEER_ADHESION_LENGTH:g} a0\n\n{_costs(rows)}"
-        f"\nThe states that they find, peer / ours:\n\n{_states(names, rows, cold)}"
-        f"\nThe peer's, and what it becomes when ours goes on from it, to a tenth of its residual:\n\n"
-        f"{_states(names, [row['from_theirs'] for row in rows], same)}"
-    )
-
-
-def areas(rows: list[Row]) -> str:
     """Ours and the adhesive peer from few contacts to many, at one mean gap and one residual."""
-    cells, ratios = [], []
-    for row in rows:
-        theirs, ours = row["theirs"], row["ours"]
-        ratios.append(theirs["cpu"] / ours["cpu"])
-        first, second = row["states"]
-        cells.append(
-            [f"{row['n']}²", f"{row['adhesion_length']:g}", f"{100 * second['pixels_rep'] / row['n'] ** 2:.2f}",
-             str(row["seed"]), f"{theirs['cpu']:.2f} / {ours['cpu']:.3f}", f"**{ratios[-1]:.1f}**",
-             f"{ours['fft_pairs']:.1f}", str(row["pixels_different"]), _apart("pressure")(first, second)]
-        )  # fmt: skip
-    head = ["grid", "l_a/a0", "area, %", "seed", "CPU s, Adhesion (NuMPI) / ours", "ratio", "FFT pairs, ours"]
+    cells = [
+        [
+            f"{n}²", f"{lambda_s:g}, {hurst:g}", f"{length:g}",
+            _each(group, lambda row: f"{100 * row['states'][1]['pixels_rep'] / row['n'] ** 2:.2f}"),
+            _each(group, lambda row: f"{row['theirs']['cpu']:.1f} / {row['ours']['cpu']:.2f}"),
+            f"**{_each(group, lambda row: f'{_ratio(row):.0f}')}**",
+            _each(group, lambda row: f"{row['ours']['fft_pairs']:.0f}"),
+            _each(group, lambda row: str(row["pixels_different"])),
+            _each(group, lambda row: _apart(row, "pressure")),
+        ]
+        for (n, lambda_s, hurst, length, _), group in groups(
+            rows, "n", "lambda_s", "hurst", "adhesion_length", "asked"
+        ).items()
+    ]  # fmt: skip
+    head = ["grid", "λ_s, H", "l_a/a0", "area, %", "CPU s, Adhesion / ours", "ratio", "FFT pairs, ours"]
+    other = [row for row in rows if row["pixels_different"]]
     return (
-        "### Adhesive contact, from few contacts to many\n\n"
+        "### Adhesive contact, from few contacts to many, seeds 1, 2\n\n"
         + table([*head, "pixels differing", "rel. diff. of loads"], cells)
-        + f"\nThe ratio is {median(ratios):.0f} in the median, {min(ratios):.0f} to {max(ratios):.0f}.\n"
+        + _spread(rows)
+        + f"{len(other)} states have other pixels in contact; started from the peer's state, ours stays there to the "
+        f"pixel in {sum(not row['lost'] for row in other)} of them.\n"
     )
+
+
+def _apart(row: Row, key: str) -> str:
+    theirs, ours = row["states"]
+    return f"{abs(theirs[key] / ours[key] - 1):.0e}"
 
 
 def hard_wall(rows: list[Row]) -> str:
     """Ours and the peers at the same mean pressures."""
-    shown: Shown = {
-        "area, pixels": _both("pixels", "d"),
-        "load, E* A0": _both("pressure", ".9e"),
-        "mean gap, a0": _both("mean_gap", ".9f"),
-        "rel. diff.": _apart("mean_gap"),
-        "largest error of the gap, a0": _both("max_error", ".0e"),
-    }
-    spread = [
-        f"{n}² {median(ratios):.0f} in the median, {min(ratios):.0f} to {max(ratios):.0f}"
-        for (n,), group in groups(rows, "n").items()
-        for ratios in [[_ratio(row) for row in group]]
-    ]
-    return (
-        f"### Hard wall at given mean pressures, lambda_s = 16 a0\n\n{_costs(rows)}"
-        f"\nThe ratio is on {'; on '.join(spread)}.\n"
-        f"\nTheir states, peer / ours:\n\n{_states(_names(rows), rows, shown)}"
-    )
+    cells = [
+        [
+            f"{n}²", peer + ("" if all(row["theirs"]["converged"] for row in group) else " (not converged)"),
+            f"{pressure:g}", _each(group, lambda row: f"{100 * row['states'][1]['pixels'] / row['n'] ** 2:.2f}"),
+            _each(group, lambda row: f"{row['theirs']['cpu']:.2f} / {row['ours']['cpu']:.2f}"),
+            f"**{_each(group, lambda row: f'{_ratio(row):.0f}')}**",
+            _each(group, lambda row: f"{row['ours']['fft_pairs']:.0f}"),
+            _each(group, lambda row: f"{row['theirs']['peak_mib']:.0f} / {row['ours']['peak_mib']:.0f}"),
+            _each(group, lambda row: str(row["pixels_different"])),
+            _each(group, lambda row: " / ".join(f"{state['max_error']:.0e}" for state in row["states"])),
+        ]
+        for (n, peer, pressure), group in groups(rows, "n", "peer", "pressure").items()
+    ]  # fmt: skip
+    head = ["grid", "peer", "pressure, E*", "area, %", "CPU s, peer / ours", "ratio", "FFT pairs, ours", "peak MiB"]
+    head += ["pixels differing", "largest error of the gap, a0"]
+    title = "Hard wall at given mean pressures, λ_s = 16 a0, seeds 1, 2"
+    return f"### {title}\n\n{table(head, cells)}{_spread(rows)}"
 
 
 def turn(rows: list[Row]) -> str:
@@ -376,7 +327,6 @@ TABLES: dict[str, Callable[[list[Row]], str]] = {
     "work": work,
     "iteration": iteration,
     "adhesive": adhesive,
-    "areas": areas,
     "hard_wall": hard_wall,
     "turn": turn,
     "kinds": kinds,
