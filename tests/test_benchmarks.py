@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from continuum.path.loading import solve
+from continuum.solve.solution import Settings
 from tests.benchmarks import atoms, kinds, ours, paths, report, run
 from tests.benchmarks.cases import rough as surface_of
 
@@ -21,18 +23,19 @@ def test_growth_is_the_exponent_of_a_power_law() -> None:
 
 
 def test_the_judge_finds_what_the_solver_says(tmp_path: Path) -> None:
-    file = str(tmp_path / "gap.npy")
-    said = ours.mean_gap_at(**POINT, mean_gap=2.0, save=file)
-    judged = ours.judge(**POINT, files=[file, file])
-    state = judged["states"][0]
-    assert judged["pixels_different"] == 0
-    assert state["pixels_rep"] == round(said["area"] * 64**2) > 0
+    """And what stands beside a peer's state, in place of which is ours."""
+    file, problem = str(tmp_path / "gap.npy"), surface_of(**POINT).problem()
+    np.save(file, solve(problem, "mean-gap", 2.0, Settings(1e-9)).gap)
+    row = ours.beside(**POINT, file=file, turns=2)
+    said, (peer, state) = row["ours"], row["states"]
+    assert row["pixels_different"] == 0
+    assert state["pixels_rep"] == peer["pixels_rep"] == round(said["area"] * 64**2) > 0
     assert state["mean_gap"] == pytest.approx(2.0, abs=1e-12)
     # Both are rms gradients of one state; rounding of the fields is 1e-16 of order one, times K of order one.
     assert state["rms_residual"] == pytest.approx(said["residual"], abs=1e-14)
     # A state that is none is told from one that is.
-    np.save(file, np.load(file) + 1e-3 * np.random.default_rng(1).standard_normal((64, 64)))
-    assert ours.judge(**POINT, files=[file])["states"][0]["rms_residual"] > 1e-4
+    rough = np.load(file) + 1e-3 * np.random.default_rng(1).standard_normal((64, 64))
+    assert ours.judge(problem, rough)["rms_residual"] > 1e-4
 
 
 def test_the_judge_of_the_hard_wall_accepts_full_contact(tmp_path: Path) -> None:
@@ -128,11 +131,9 @@ def test_both_ways_to_the_equilibrium_of_atoms_end_at_one() -> None:
 def test_the_memory_of_a_job_is_its_own(tmp_path: Path) -> None:
     """Not that of the process that starts it, which is larger here."""
     ballast = np.ones(2**26)
-    gap = np.full((64, 64), 2.0)
-    np.save(tmp_path / "gap.npy", gap)
     results = run.Results(tmp_path / "results.json", minutes=1.0)
-    found = results.job("ours.judge", **POINT, files=[str(tmp_path / "gap.npy")])
-    assert ballast.nbytes / 2**20 > found["peak_mib"] > gap.nbytes / 2**20
+    found = results.job("ours.mean_gap_at", **POINT, mean_gap=2.0)
+    assert ballast.nbytes / 2**20 > found["peak_mib"] > 1
 
 
 @pytest.mark.long

@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
+from statistics import median
 from typing import Any
 
 import ducc0.fft
@@ -34,7 +35,18 @@ from continuum.solve.solver import Solver
 from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, TOLERANCE, coarse, rough
 from tests.problems import Rough
 
-__all__ = ["ARRAYS_MOVED", "gap_of", "hard_wall", "iteration", "judge", "judge_hard", "mean_gap_at", "search", "turn"]
+__all__ = [
+    "ARRAYS_MOVED",
+    "beside",
+    "gap_of",
+    "hard_wall",
+    "iteration",
+    "judge",
+    "judge_hard",
+    "mean_gap_at",
+    "search",
+    "turn",
+]
 
 ARRAYS_MOVED = {"columns": 4.5, "turn": 2.0, "move": 3.0}
 """Arrays that an iteration on one grid reads or writes beside the transforms, counted by hand from the sweeps.
@@ -117,35 +129,23 @@ def gap_of(n: int, seed: int, area: float, **surface: float) -> dict[str, Any]:
     return {"mean_gap": state.mean_gap, "pressure": state.load}
 
 
-def mean_gap_at(
-    n: int,
-    seed: int,
-    mean_gap: float,
-    tolerance: float = TOLERANCE,
-    save: str = "",
-    start: str = "",
-    **shape: float,
-) -> dict[str, Any]:
-    """One load point at a given mean gap; the time runs from the heights to the state.
-
-    The start is cold, or the gap in a file, whose basin is then kept to.
-    """
+def mean_gap_at(n: int, seed: int, mean_gap: float, tolerance: float = TOLERANCE, **shape: float) -> dict[str, Any]:
+    """One load point at a given mean gap from a cold start; the time runs from the heights to the state."""
     warm_up()
-    surface = rough(n, seed, **shape)
+    return _cold(rough(n, seed, **shape), mean_gap, tolerance)[0]
+
+
+def _cold(surface: Rough, mean_gap: float, tolerance: float) -> tuple[dict[str, Any], Real]:
+    """What a cold solve took, and its gap."""
     heights = surface.heights()
 
     def cold() -> tuple[PathState, Wall]:
         problem = surface.problem(heights=heights)
-        if start:
-            settings = Settings(tolerance, warm_grids=0)
-            return solve(problem, "mean-gap", mean_gap, settings, np.load(start)), problem.wall
         return solve(problem, "mean-gap", mean_gap, Settings(tolerance)), problem.wall
 
     (state, wall), seconds = _timed(cold)
     solution = state.solution.require()
     contact = totals_of(surface.grid, wall, state.gap)
-    if save:
-        np.save(save, state.gap)
     return {
         "cpu": seconds,
         "fft_pairs": solution.fft_pairs,
@@ -154,35 +154,51 @@ def mean_gap_at(
         "residual": solution.residual,
         "area": contact.area_rep,
         "pressure": contact.load,
+    }, state.gap
+
+
+def beside(n: int, seed: int, file: str, turns: int, **shape: float) -> dict[str, Any]:
+    """Ours at the mean gap and the residual of a peer's state in a file, both as we evaluate them: the median of turns.
+
+    Where the two states differ: how many pixels the peer's loses as ours goes on from it, to a tenth of its residual.
+    """
+    warm_up()
+    surface, peer = rough(n, seed, **shape), np.load(file)
+    problem = surface.problem()
+    theirs = judge(problem, peer)
+    at = theirs["mean_gap"], theirs["rms_residual"]
+    done = [_cold(surface, *at) for _ in range(turns)]
+    row, gap = done[-1]
+    found = {"ours": row | {"cpu": median(one["cpu"] for one, _ in done)}, "states": [theirs, judge(problem, gap)]}
+    found["pixels_different"] = _different(problem, peer, gap)
+    if found["pixels_different"]:  # two codes may end in two states: is the peer's one of ours?
+        kept = solve(problem, "mean-gap", at[0], Settings(at[1] / 10, warm_grids=0), peer)
+        found["lost"] = _different(problem, peer, kept.gap)
+    return found
+
+
+def _different(problem: ContactProblem, *gaps: Real) -> int:
+    one, other = (contact_map(problem.wall, gap) for gap in gaps)
+    return int(np.count_nonzero(one != other))
+
+
+def judge(problem: ContactProblem, gap: Real) -> dict[str, Any]:
+    """The state of any code from its gap: areas, load, energy, and the residual K u + p without its mean."""
+    mean_gap = problem.grid.mean(gap)
+    contact = totals_of(problem.grid, problem.wall, gap)
+    separation = mean_gap - problem.mean_height
+    displacement = problem.displacement(gap, separation)
+    displacement -= problem.grid.mean(displacement)
+    residual = problem.gradient(displacement, separation)
+    return {
+        "mean_gap": mean_gap,
+        "pixels_rep": round(contact.area_rep * gap.size),
+        "pixels_att": round(contact.area_att * gap.size),
+        "pressure": contact.load,
+        "energy": problem.energy(displacement, separation) / problem.grid.area,
+        "rms_residual": float(np.sqrt(np.mean(residual**2))),
+        "max_residual": float(np.abs(residual).max()),
     }
-
-
-def judge(n: int, seed: int, files: list[str], **surface: float) -> dict[str, Any]:
-    """States of several codes, from their gaps: areas, loads, energies, and the residual K u + p without its mean."""
-    problem = rough(n, seed, **surface).problem()
-    gaps = [np.load(file) for file in files]
-    found = []
-    for gap in gaps:
-        mean_gap = problem.grid.mean(gap)
-        contact = totals_of(problem.grid, problem.wall, gap)
-        separation = mean_gap - problem.mean_height
-        displacement = problem.displacement(gap, separation)
-        displacement -= problem.grid.mean(displacement)
-        residual = problem.gradient(displacement, separation)
-        found.append(
-            {
-                "mean_gap": mean_gap,
-                "pixels_rep": round(contact.area_rep * n * n),
-                "pixels_att": round(contact.area_att * n * n),
-                "pressure": contact.load,
-                "energy": problem.energy(displacement, separation) / problem.grid.area,
-                "rms_residual": float(np.sqrt(np.mean(residual**2))),
-                "max_residual": float(np.abs(residual).max()),
-            }
-        )
-    maps = [contact_map(problem.wall, gap) for gap in gaps]
-    different = int(np.count_nonzero(maps[0] != maps[-1]))
-    return {"states": found, "pixels_different": different}
 
 
 def hard_wall(n: int, seed: int, lambda_s: float, pressure: float, tolerance: float, save: str) -> dict[str, Any]:

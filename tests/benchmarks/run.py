@@ -204,22 +204,10 @@ def adhesive(n: int) -> Plan:
 def _beside_adhesion(results: Results, point: Row, target: float, pressure: float) -> Row:
     """Times and states of the two codes at one mean gap; where these differ, what the peer's becomes in ours."""
     with tempfile.TemporaryDirectory() as folder:
-        mine, theirs = f"{folder}/mine.npy", f"{folder}/theirs.npy"
+        file = f"{folder}/theirs.npy"
         asked = {"mean_gap": target, "pressure": pressure, "gtol": PEER_GTOL}
-
-        def peer() -> Row:
-            return results.job("peers.adhesion", **point, **asked, save=theirs)
-
-        first = peer()
-        state = results.job("ours.judge", **point, files=[theirs])["states"][0]
-        same = {"mean_gap": state["mean_gap"], "tolerance": state["rms_residual"]}
-        row = _turns(peer, lambda: results.job("ours.mean_gap_at", **point, **same, save=mine), first)
-        row |= results.job("ours.judge", **point, files=[theirs, mine])
-        if row["pixels_different"]:  # two codes may end in two states: is the peer's one of ours?
-            same["tolerance"] /= 10
-            results.job("ours.mean_gap_at", **point, **same, start=theirs, save=mine)
-            row["lost"] = results.job("ours.judge", **point, files=[theirs, mine])["pixels_different"]
-        return row
+        theirs = results.job("peers.adhesion", **point, **asked, save=file)
+        return {"theirs": theirs, **results.job("ours.beside", **point, file=file, turns=REPEATS)}
 
 
 def hard_wall(n: int) -> Plan:
