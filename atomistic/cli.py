@@ -19,6 +19,7 @@ app = program(
     "Explicit fcc(100) atoms under a rigid rough wall, in LAMMPS: the check on Green's functions.",
     "a0 = 1 (nearest-neighbour distance), E* = 1 (contact modulus)",
     COMMANDS,
+    {},
 )
 
 

@@ -46,6 +46,7 @@ app = program(
     "Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
     "a0 = 1 (atomic spacing), E* = 1 (contact modulus)",
     COMMANDS,
+    {"predict": "map_commands", "view": "map_commands"},
 )
 sweep = App(name="sweep", help="run many systems from one input; their SLURM script, status, tables, verification")
 app.command(sweep)

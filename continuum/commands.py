@@ -1,9 +1,10 @@
-"""The commands of ``continuum``: each calls the function of its name, shows what it returns, and says how it went."""
+"""The commands of ``continuum``: each calls the function of its name, shows what it returns, and says how it went.
 
-import inspect
-import os
+Those of maps are in :mod:`continuum.map_commands`: a run does not import what they need.
+"""
+
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import cache
 from importlib import resources
@@ -12,31 +13,20 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from continuum.app import view as viewing
-from continuum.errors import NOT_CONVERGED, OK, InputError
-from continuum.files import output as files
+from continuum.errors import NOT_CONVERGED, OK
 from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
 from continuum.files.reference import template
 from continuum.files.toml import value_of
 from continuum.front import certify as certificates
 from continuum.front import commands as front
-from continuum.front import predict as predictions
-from continuum.front import study as studies
-from continuum.options import Formats, as_options, like
+from continuum.options import Formats, like
 from continuum.paper.examples import examples as paper_examples
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.runs.result import Result
-from continuum.show.answer import statements
-from continuum.show.console import progress, show, tell, warn
-from continuum.show.prediction_data import as_csv
+from continuum.show.console import progress, show, warn
 from continuum.show.runs import progress_line, turn_sheet
-from continuum.sticky.materials import InterfaceError
-from continuum.sticky.prediction import Prediction
-from continuum.sticky.tables import OPTIONS
-from continuum.topography.instruments import measurements
-from continuum.topography.map import TopographyError
 
 
 def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
@@ -158,136 +148,6 @@ def analyse(
             for figure in found.plot(output):
                 print(figure)
     return OK
-
-
-@like(viewing.view)
-def view(*file: Path, port: int = 0, browser: Annotated[bool, Parameter(negative="--no-browser")] = True) -> int:
-    if len(file) > 1:
-        raise InputError(f"{file[1]}: only one file can be opened at a time")
-    viewing.view(*file, port=port, browser=browser)
-    return OK
-
-
-@like(predictions.predict, help={name: " ".join((field.description or "").split()) for name, field in OPTIONS.items()})
-def predict(
-    *maps: Annotated[Path, Parameter(help="topography; two for two rough bodies; an input (TOML) that names them; or "
-                                          "a folder of samples, which are ranked")],
-    output: Annotated[Path, Parameter(help="folder for report and figures")] = Path("results"),
-    json: Annotated[Path | None, Parameter(help="file for all numbers, with the spectrum, in SI units")] = None,
-    csv: Annotated[Path | None, Parameter(help="file for a table with one row for each map or measurement of a "
-                                          "container, each a contact of its own; no pages are written")] = None,
-    pattern: Annotated[str | None, Parameter(help="pattern of the file names in a folder, without their ending, as "
-                                              "'{sample}_{spot}_{magnification}'")] = None,
-    solve: Annotated[bool | None, Parameter(negative="--no-solve")] = None,
-    threads: int = 1,
-    contact_modulus: Annotated[str | None, Parameter(name="--estar")] = None,
-    **given: Any,
-) -> int:  # fmt: skip
-    from continuum.show.prediction import reading_order
-
-    given |= {"contact_modulus": contact_modulus}
-    if any(map(os.path.isdir, maps)):  # Path.is_dir raises for names that are too long
-        beside = {"--csv": csv, "--json": json, "--join": given.get("join")}
-        return _study(maps, [name for name, value in beside.items() if value], output, pattern,
-                      given | {"solve": solve, "threads": threads})  # fmt: skip
-    if pattern is not None:
-        raise InputError("--pattern applies to the files of a folder, and no folder is given")
-    if csv is not None:
-        return _predict_each(maps, csv, solve, threads, given)
-    found = _predicted(maps, given)
-    # Checked before hours of work, but after the input.
-    files.folder(output)
-    for path in filter(None, [json]):
-        files.distinct(path, maps)
-        files.folder(path.parent)
-    found = predictions.solved(found, solve, threads, tell)
-    for line in statements(found):
-        print(f"{line}.")
-    for doubt in found.doubts:
-        print(f"warning: {doubt}")
-    for sheet in reading_order(found.sheets()):
-        show(sheet)
-    for path in found.write(output, "-".join([*(path.stem for path in maps), "predict"])):
-        print(path)
-    if json is not None:
-        print(files.save(json, found.json()))
-    return NOT_CONVERGED if solve and found.unsolved else OK
-
-
-def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> Prediction:
-    try:
-        return predictions.predict(*maps, **given, solve=False)
-    except (TopographyError, InterfaceError) as error:
-        known = inspect.signature(predictions.predict).parameters
-        raise type(error)(as_options(str(error), known)) from error
-
-
-def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: int, given: dict[str, Any]) -> int:
-    """Write a table: each file is a contact of its own, and one that cannot be used has the reason in its row.
-
-    Contacts are solved only if that is asked for.
-    """
-    if given.get("join"):
-        raise TopographyError(
-            "--join makes one surface of all files, but --csv writes a row for each: use one of the two"
-        )
-    files.distinct(csv, maps)
-    rows: list[dict[str, str | float | None]] = []
-    for path, part in _contacts(maps, given):
-        named = {"map": str(path)} if part is None else {"map": str(path), "part": part}
-        try:
-            found = _predicted([path], given if part is None else given | {"part": [part]})
-            found = predictions.solved(found, bool(solve), threads)
-        except InterfaceError:
-            raise  # the same for all
-        except InputError as error:
-            rows.append({**named, "error": str(error)})
-        else:
-            rows.append({**found.row(), **named})
-        print(f"{': '.join(named.values())}: {rows[-1].get('verdict') or rows[-1]['error']}", flush=True)
-    files.folder(csv.parent)
-    print(files.save(csv, as_csv(rows)))
-    return NOT_CONVERGED if any("error" in row for row in rows) else OK
-
-
-def _study(
-    maps: Sequence[Path], beside: Sequence[str], output: Path, pattern: str | None, given: dict[str, Any]
-) -> int:
-    """Rank the samples in a folder; print the ranking and write its files."""
-    from continuum.show.study import study_doubts, study_sentence
-
-    if len(maps) > 1 or beside:
-        also = f"with {beside[0]}" if beside else f"beside {len(maps) - 1} more"
-        raise InputError(f"{maps[0]}: a folder is a whole study, and cannot be used {also}")
-    folder = maps[0]
-    given.pop("join", None)
-    try:
-        found = studies.study(
-            folder, pattern=pattern, without=output, **given,
-            progress=lambda spot: tell(f"{spot.sample}, spot {spot.name}: {spot.answer or spot.error}"),
-        )  # fmt: skip
-    except InputError as error:
-        known = {*inspect.signature(predictions.predict).parameters, "pattern"}
-        raise type(error)(as_options(str(error), known)) from error
-    files.folder(output)
-    print(f"{study_sentence(found)}.")
-    for doubt in study_doubts(found):
-        print(f"warning: {doubt}")
-    for sheet in found.sheets():
-        show(sheet)
-    for path in found.write(output, f"{folder.resolve().name}-study"):
-        print(path)
-    return NOT_CONVERGED if found.unusable else OK
-
-
-def _contacts(maps: Sequence[Path], given: dict[str, Any]) -> Iterator[tuple[Path, str | None]]:
-    """Each file, or each measurement of a container unless one is chosen."""
-    for path in maps:
-        try:
-            names = () if given.get("part") else measurements(path)
-        except InputError:
-            names = ()  # reported when it is read
-        yield from ((path, name) for name in names or [None])
 
 
 @like(paper_examples)

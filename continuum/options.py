@@ -33,8 +33,8 @@ POSITIONAL, SEVERAL = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter
 Command = Callable[..., int]
 
 
-def program(name: str, what: str, units: str, commands: Mapping[str, str]) -> App:
-    """A program with commands, each with its help, which are imported from NAME.commands when they are called."""
+def program(name: str, what: str, units: str, commands: Mapping[str, str], apart: Mapping[str, str]) -> App:
+    """A program with commands, each with its help; the one called is imported from NAME.commands or a module apart."""
 
     def versions() -> str:
         from continuum.files.provenance import versions
@@ -53,7 +53,7 @@ def program(name: str, what: str, units: str, commands: Mapping[str, str]) -> Ap
         return OK
 
     for command, text in commands.items():
-        app.command(f"{name}.commands:{command}", name=command, help=text)
+        app.command(f"{name}.{apart.get(command, 'commands')}:{command}", name=command, help=text)
     return app
 
 

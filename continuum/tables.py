@@ -6,13 +6,19 @@ comes in several kinds, it is a :class:`TableFamily`: each subclass is one kind,
 defined.
 """
 
+import ast
 import hashlib
+import inspect
 import os
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from inspect import isfunction
+from itertools import pairwise
 from pathlib import Path
+from textwrap import dedent
 from typing import Annotated, Any, ClassVar, Self, TypeVar, cast, get_args, get_origin
 
 from pydantic import (
@@ -25,6 +31,7 @@ from pydantic import (
     ValidationInfo,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
@@ -65,10 +72,10 @@ def constraint(method: _Method) -> _Method:
 class Table(BaseModel):
     """A table of an input file: unknown keys, loose types, infinities and NaN are faults.
 
-    The docstring of a key is shown in messages about it.
+    The docstring of a key is shown in messages about it (:func:`explained`).
     """
 
-    model_config = ConfigDict(**STRICT, extra="forbid", frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(**STRICT, extra="forbid", frozen=True)
     not_identity: ClassVar[frozenset[str]] = frozenset()
     """Keys that do not change results: threads, output options."""
     newer: ClassVar[frozenset[str]] = frozenset()
@@ -83,6 +90,14 @@ class Table(BaseModel):
         super().__pydantic_init_subclass__(**options)
         members = filter(isfunction, (member for base in reversed(cls.__mro__) for member in list(vars(base).values())))
         cls.constraints = tuple(method for method in members if getattr(method, "_is_check", False))
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        found = handler(schema)
+        properties = handler.resolve_ref_schema(found)["properties"]
+        for name, field in explained(cls).items():
+            properties[name] |= {"description": field.description} if field.description else {}
+        return found
 
     @property
     def origin(self) -> str:
@@ -150,7 +165,7 @@ class TableFamily(Table):
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         if not cls.is_family():
-            return handler(schema)
+            return super().__get_pydantic_json_schema__(schema, handler)
         for kind in cls.kinds.values():
             kind.model_rebuild()
         kinds = {name: kind.__pydantic_core_schema__ for name, kind in cls.kinds.items()}
@@ -167,6 +182,21 @@ class TableFamily(Table):
             names = {"key": cls.kind_key, "names": list(cls.kinds)}
             raise PydanticCustomError("kind", "a table whose {key} is one of its kinds", names)
         return kind.model_validate(data, context=info.context)
+
+
+@cache
+def explained(table: type[Table]) -> dict[str, FieldInfo]:
+    """The keys of a table, each described by the text below it in the source, which is read when it is shown."""
+    meanings: dict[str, str] = {}
+    for base in reversed(table.__mro__[: table.__mro__.index(Table)]):
+        with suppress(OSError):  # without a source there is nothing to say
+            for key, text in pairwise(cast(ast.ClassDef, ast.parse(dedent(inspect.getsource(base))).body[0]).body):
+                match key, text:
+                    case ast.AnnAssign(target=ast.Name(name)), ast.Expr(ast.Constant(str(said))):
+                        meanings[name] = inspect.cleandoc(said)
+    for name, field in table.model_fields.items():
+        field.description = meanings.get(name)
+    return table.model_fields
 
 
 def table_in(annotation: Any) -> type[Table] | None:

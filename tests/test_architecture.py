@@ -76,9 +76,10 @@ CONTINUUM = {
     "options": "show",
     "paper": "front",
     "app": "front",
-    "commands": "paper options app",
+    "commands": "paper options",
+    "map_commands": "options app",
     "sweep_commands": "commands",
-    "cli": "sweep_commands",
+    "cli": "sweep_commands map_commands",
 }
 ATOMISTIC = {
     "crystal": "",
@@ -142,7 +143,8 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         ("tornado", {"continuum.app.server"}),
         (
             "cyclopts",
-            {f"continuum.{name}" for name in ("cli", "options", "commands", "sweep_commands")} | {"atomistic.commands"},
+            {f"continuum.{name}" for name in ("cli", "options", "commands", "map_commands", "sweep_commands")}
+            | {"atomistic.commands"},
         ),
         (
             "pydantic",

@@ -12,7 +12,12 @@ ROOT = Path(__file__).parent.parent
 MODULES = sorted(path for package in ("continuum", "atomistic") for path in (ROOT / package).rglob("*.py"))
 # The two programs, and the two doors, which have a `check` each; a command has the name of the function that it calls.
 TWICE = {"main", "check"}
-COMMANDS = {"continuum/commands.py", "continuum/sweep_commands.py", "atomistic/commands.py"}
+COMMANDS = {
+    "continuum/commands.py",
+    "continuum/map_commands.py",
+    "continuum/sweep_commands.py",
+    "atomistic/commands.py",
+}
 
 
 @cache

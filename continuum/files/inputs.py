@@ -18,7 +18,7 @@ from pydantic_core import ErrorDetails
 from continuum.arguments import ArgumentError, file_name
 from continuum.files.tables import Document, frozen
 from continuum.files.toml import ConfigError, Source, find, nearest
-from continuum.tables import STRICT, Fault, Key, Table, TableFamily, table_in, tables_in
+from continuum.tables import STRICT, Fault, Key, Table, TableFamily, explained, table_in, tables_in
 
 _Document = TypeVar("_Document", bound=Document)
 
@@ -222,7 +222,7 @@ def _locate(
         if isinstance(part, int):
             data = data[part] if isinstance(data, tuple) and part < len(data) else None
         else:
-            holder, field = table, table.model_fields.get(part) if table else None
+            holder, field = table, explained(table).get(part) if table else None
             data = data.get(part) if isinstance(data, Mapping) else None
         table = _table_of(field, data) if field else None
         key = (*key, part)

@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 from continuum.files.inputs import load
 from continuum.files.tables import Document
 from continuum.files.toml import find, text_of
-from continuum.tables import Table, tables_in
+from continuum.tables import Table, explained, tables_in
 
 _WIDTH = 100
 _BOUNDS: Mapping[str, str] = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
@@ -44,17 +44,17 @@ class TableEntry(NamedTuple):
 
 def entries(model: type[Table], place: str = "") -> Iterator[TableEntry]:
     """All tables that a document may have, each kind of each, in order; first the keys that are in no table."""
-    alone = [name for name, field in model.model_fields.items() if not tables_in(field.annotation)]
+    fields = explained(model)
+    alone = [name for name, field in fields.items() if not tables_in(field.annotation)]
     if alone and not place:
-        keys = tuple(_entry(name, model.model_fields[name]) for name in alone)
+        keys = tuple(_entry(name, fields[name]) for name in alone)
         yield TableEntry("", "", "Keys before all tables.", keys)
-    for name, field in model.model_fields.items():
+    for name, field in fields.items():
         inner = f"{place}.{name}" if place else name
         is_array = any(get_origin(part) is tuple for part in (field.annotation, *get_args(field.annotation)))
         brackets = f"[[{inner}]]" if is_array else f"[{inner}]"
         for table in tables_in(field.annotation):
-            fields = table.model_fields
-            keys = tuple(_entry(key, fields[key]) for key in fields if not tables_in(fields[key].annotation))
+            keys = tuple(_entry(*key) for key in explained(table).items() if not tables_in(key[1].annotation))
             kind = next((f"{e.name} = {e.type}" for e in keys if e.name == table.kind_key), "")
             yield TableEntry(brackets, kind, " ".join((table.__doc__ or "").split()), keys)
             yield from entries(table, inner)
@@ -155,7 +155,7 @@ def _not_given(place: str, table: type[Table]) -> Iterator[str]:
     yield from _commented(meaning if meaning.startswith(name) else f"{name}: {meaning}")
     if not table.kind_key:
         return
-    for own, field in table.model_fields.items():
+    for own, field in explained(table).items():
         key = _entry(own, field)
         said = f"{own} = {key.default or key.type}" + (f"  # {key.meaning}" if key.meaning else "")
         yield from textwrap.wrap(said, _WIDTH, initial_indent="#   ", subsequent_indent="#       ")
@@ -163,7 +163,7 @@ def _not_given(place: str, table: type[Table]) -> Iterator[str]:
 
 def _of_table(head: str, place: str, table: Table) -> list[str]:
     lines, inner = [head], list[str]()
-    for name, field in type(table).model_fields.items():
+    for name, field in explained(type(table)).items():
         value = getattr(table, name)
         if tables_in(field.annotation):
             inner += _described(f"{place}.{name}" if place else name, value, field)

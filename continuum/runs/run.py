@@ -1,7 +1,7 @@
 """Run a configuration along its path to a stored result.
 
-After each point the result is rewritten with all that the next point starts from, so that an interrupted run continues
-to a bitwise identical result.
+After a point, at most once a second, the result is rewritten with all that the next point starts from, so that an
+interrupted run continues to a bitwise identical result.
 """
 
 import time
@@ -45,7 +45,7 @@ def follow_run(
     force: bool = False,
     progress: Progress | None = None,
     warn: Callable[[Sequence[str]], None] | None = None,
-    every: float = 0.0,
+    every: float = 1.0,
     growth: Growth | None = None,
 ) -> Result:
     """Follow the path of a configuration and store the result.
@@ -57,7 +57,7 @@ def follow_run(
     force : replace a result of another run.
     progress : see :data:`Progress`.
     warn : called with warnings about resolution before the first point; they are also stored.
-    every : seconds between two writes; after an interruption the points since the last write are computed again.
+    every : seconds between two writes: a killed process loses the points since the last one, an interrupted one none.
     growth : a stored path of the same contact, whose points are reused if the file has none yet.
 
     Raises ConfigError if the configuration cannot be run; InputError if this machine lacks the device of the solver;

@@ -42,6 +42,8 @@ def test_a_kind_is_known_once_it_is_defined(newcomer: type[WallTable]) -> None:
         assert config.wall.build() == LennardJonesSpline(0.25)
         assert config.wall.plain() == {"law": name, "strength": 0.25}
     assert RunConfig(**dict(config)).wall is config.wall  # a table that is there is taken as it is
+    # Its source is read when that is shown, not when a program begins.
+    assert newcomer.model_fields["strength"].description is None
     assert 'with `law = "newcomer" or "also-newcomer"`' in markdown(RunConfig, "Keys")
     assert "tells how strong" in schema(RunConfig)
 

@@ -8,7 +8,9 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from continuum.errors import OutputError
 from continuum.files import store
 from continuum.files.inputs import load
 from continuum.model.walls import LennardJonesSpline
+from continuum.runs import run
 from continuum.runs.build import build
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
@@ -79,14 +82,26 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     same(path, whole)
 
 
+def test_a_run_is_written_once_a_second_not_after_each_of_its_points(
+    small: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a clock on which each look takes a tenth of a second: five points take about one, and the last is written."""
+    written, store_write, looks = [], store.write, count()
+    monkeypatch.setattr(run, "time", SimpleNamespace(perf_counter=lambda: 0.1 * next(looks)))
+    monkeypatch.setattr(store, "write", lambda *what: (written.append(what[1]["step"].values.size), store_write(*what)))
+    assert len(follow_run(load(small, RunConfig), small.with_name("fast.h5")).points) == 5
+    assert written[-1] == 5
+    assert len(written) <= 2
+
+
 def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
     path = small.with_name("killed.h5")
-    # It waits after its first point to be killed.
+    # It waits after each point to be killed, longer than the time between two writes.
     code = (
         "import sys, time; from pathlib import Path\n"
         "from continuum.runs.config import RunConfig; from continuum.files.inputs import load\n"
         "from continuum.runs.run import follow_run\n"
-        "follow_run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(30))"
+        "follow_run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(1.1))"
     )
     process = subprocess.Popen([sys.executable, "-c", code, str(small), str(path)])
     for _ in range(300):
