@@ -72,7 +72,7 @@ def cost_of(config: RunConfig) -> Cost:
             halvings = sum(np.log2(max(width / resolution, 2.0)) for width in [*intervals[:1], *intervals])
             pairs += _PAIRS["bisection"] * halvings * point
     beside, longer = (1, 1.0) if config.substrate.repeats else (4, _PAIRS["non_periodic"])
-    memory = _MEMORY["libraries"] + beside * size * _MEMORY["per_point"] + kept
+    memory = _MEMORY["libraries"] + beside * size * _MEMORY["law" if config.wall.has_law else "hard"] + kept
     return Cost(int(memory), points, round(longer * pairs), size)
 
 

@@ -24,7 +24,7 @@ def adhesion(
     ``SmoothPotential`` of a 9-3 law with its minimum at a0 and stiffness E* a0/2 is exactly the paper's law;
     without a linear core the first step overshoots into z < 0.  Its mean mode has the stiffness of the longest wave,
     so that the offset for a mean gap needs the mean pressure, in E*, known from a solve before.  NuMPI's L-BFGS is the
-    quicker of the two minimisers that its users have; SciPy's takes a tenth to a third longer.
+    quicker of the two minimisers that its users have; SciPy's takes a fifth to a third longer.
     """
     from Adhesion.Interactions import LJ93, SmoothPotential
     from Adhesion.System import SmoothContactSystem
