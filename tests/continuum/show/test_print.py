@@ -27,7 +27,7 @@ from tests.faulty_maps import faulty
 from tests.printed import faults_in_print
 
 
-def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figure]) -> None:
+def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figure], print_quality: float) -> None:
     result = continuum.run(small)
     draw_run(result)
     draw_analysis(analyse_run(result))
@@ -35,7 +35,7 @@ def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figu
     assert {name: faults_in_print(figure) for name, figure in drawn.items()} == {f"small-{n}": [] for n in names}
     with Image.open(BytesIO(plot.image_bytes(drawn["small-sizes"]))) as image:
         dpi = image.info["dpi"][0]
-        assert dpi == pytest.approx(300, abs=0.1)
+        assert dpi == pytest.approx(print_quality, abs=0.1)
         assert image.size[0] / dpi * 2.54 == pytest.approx(8.7, abs=0.02)
     first = result.points[0]
     assert faults_in_print(map_figure(result.contact_map(0), result.grid.lengths, first.area_rep, first.load)) == []
