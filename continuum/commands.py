@@ -35,6 +35,7 @@ from continuum.show.runs import progress_line, turn_sheet
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.tables import OPTIONS
+from continuum.sticky.threshold import Source
 from continuum.topography.instruments import measurements
 from continuum.topography.map import TopographyError
 
@@ -200,7 +201,7 @@ def predict(
     for path in filter(None, [json]):
         files.distinct(path, maps)
         files.folder(path.parent)
-    found = predictions.solved(found, solve, threads, tell)
+    found = found.solved(threads, solve, tell)
     for line in statements(found):
         print(f"{line}.")
     for doubt in found.doubts:
@@ -211,12 +212,13 @@ def predict(
         print(path)
     if json is not None:
         print(files.save(json, found.json()))
-    return NOT_CONVERGED if solve and found.unsolved else OK
+    missed = solve and found.threshold is not None and found.threshold.source is not Source.SEARCH
+    return NOT_CONVERGED if missed else OK
 
 
 def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> Prediction:
     try:
-        return predictions.predict(*maps, **given, solve=False)
+        return predictions.unsolved(maps, given)
     except (TopographyError, InterfaceError) as error:
         known = inspect.signature(predictions.predict).parameters
         raise type(error)(as_options(str(error), known)) from error
@@ -225,7 +227,7 @@ def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> Prediction:
 def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: int, given: dict[str, Any]) -> int:
     """Write a table: each file is a contact of its own, and one that cannot be used has the reason in its row.
 
-    Contacts are solved only if that is asked for.
+    Thresholds are searched for only if that is asked for.
     """
     if given.get("join"):
         raise TopographyError(
@@ -237,7 +239,7 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
         named = {"map": str(path)} if part is None else {"map": str(path), "part": part}
         try:
             found = _predicted([path], given if part is None else given | {"part": [part]})
-            found = predictions.solved(found, bool(solve), threads)
+            found = found.solved(threads, bool(solve))
         except InterfaceError:
             raise  # the same for all
         except InputError as error:

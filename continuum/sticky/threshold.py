@@ -1,0 +1,364 @@
+"""The threshold of a map: the work of adhesion w_c above which its contact is sticky, from one state without adhesion.
+
+The map is pressed on a core without attraction until 1 % of its area touches; that state tells w_c for every range of
+attraction (:mod:`continuum.path.threshold`), without spectrum, fit or record.  Where that statement was tested the
+interval is that of its two forms and what was measured beyond them; elsewhere it is wide, and a search for the
+threshold (:mod:`continuum.sticky.search`) is needed.  Where there is no map, as of a line scan, the law of the
+spectrum (:func:`continuum.theory.rough.turning_share`) and the energy of full contact are bounds.
+
+Transforms of millions of points take seconds.  A map of more than :data:`LINEAR` points is pressed under a hard wall,
+which tells w_DMT = N/<τ>; and once more on a coarser grid, which tells w_c/w_DMT.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from continuum import units
+from continuum.arguments import instance
+from continuum.model.fourier import Real, padded, restrict
+from continuum.model.grid import Grid
+from continuum.model.problem import ContactProblem
+from continuum.model.surface import moments
+from continuum.model.walls import HardWall, Wall
+from continuum.path.area import find_area
+from continuum.path.equilibrium import solver_of
+from continuum.path.state import PathState, Search
+from continuum.path.threshold import PressedState, Threshold, on_core
+from continuum.solve.solution import Settings
+from continuum.sticky.criteria import AREA, RoughContact
+from continuum.sticky.materials import Interface
+from continuum.sticky.simulate import CORE_STIFFNESS, SolvedMap, shortest_range, solver_doubts, wall_of_map, wall_on
+from continuum.theory.rough import generalised_tabor, turning_share
+from continuum.topography.map import Topography, TopographyError
+
+FINEST, LINEAR, CURVED = 2048**2, 1024**2, 512**2
+"""Points that are pressed, of which linear solves are made, and of which the curve over all ranges is made, at most:
+a pair of transforms takes .15, .04 and .01 CPU s there."""
+BEYOND = 1.05
+"""Factor by which the threshold may lie outside of both forms: the scatter of tested surfaces, docs/law.md."""
+LARGEST_CHI, LARGEST_TABOR, FEWEST = 0.2, 0.5, 10
+"""χ and Müser's number up to which, and patches from which on, the statement was tested."""
+LEAST_OF_DMT = 0.9
+"""Threshold over w_DMT at least, beyond the range of the statement: the least of all that were tried is .96."""
+LAW = 0.79, 1.69
+"""Threshold over that of the law of the spectrum: its least and its largest mean over shapes, areas and H."""
+LAW_RANGES = 0.08, 1.6
+"""Ranges over h_rms in which the law of the spectrum was tested."""
+RANGES = tuple(float(one) for one in np.geomspace(1e-10, 3e-9, 8))
+"""Effective ranges of the curve, in m."""
+RESIDUAL, AREA_TOLERANCE = 1e-4, 0.03
+"""Residual of a state relative to h' E*, and its area relative to 1 %: w_c moves by a few tenths of that."""
+
+
+class Source(enum.Enum):
+    """What a threshold comes from."""
+
+    STATE = "one state without adhesion"
+    SEARCH = "search"
+    BOUNDS = "bounds"
+
+
+class CurvePoint(NamedTuple):
+    """The threshold under one effective range, in the units of the interface."""
+
+    range: float
+    work: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MapThreshold(SolvedMap):
+    """The work of adhesion above which the contact of a map is sticky, in the units of the interface.
+
+    Gap, wall and grid are those of the state, empty for bounds.
+    """
+
+    work: float
+    """w_c, the estimate."""
+    low: float
+    """Below it the surface is not sticky."""
+    high: float
+    """Above it the surface is sticky; between both it is undecided.  May be infinite."""
+    source: Source
+    range: float
+    """Effective range that it holds for."""
+    why: tuple[str, ...] = ()
+    """Why the interval is wide, in words; empty within the range of the statement, and of a search."""
+    dmt: float = np.nan
+    """w_DMT, where adhesion deforms nothing."""
+    chi: float = np.nan
+    """χ, the second order of w over the first."""
+    muller: float = np.nan
+    """Müser's number at w_c: how far adhesion deforms the summits."""
+    patches: int = 0
+    """Connected patches of the contact."""
+    area_rep: float = np.nan
+    """Repulsive area of the state, as a fraction of A0."""
+    area_att: float = np.nan
+    """Attracted area of the state."""
+    mean_gap: float = np.nan
+    """Mean gap at the threshold, in the unit of ``grid``."""
+    jumps: bool = False
+    """Whether the load jumps over zero at the threshold, as the surface snaps; known to a search only."""
+    solves: int = 0
+    """Trial states of a search."""
+    curve: tuple[CurvePoint, ...] = ()
+    """The threshold against the range, from the same state."""
+    state: PressedState | None = field(default=None, repr=False)
+    """The state without adhesion, on at most :data:`LINEAR` points."""
+
+    def sticky(self, work: float) -> bool | None:
+        """Whether a work of adhesion is sticky; None where that is undecided."""
+        return True if work > self.high else False if work < self.low else None
+
+
+class _Interval(NamedTuple):
+    """A threshold in l_a, with its interval."""
+
+    work: float
+    low: float
+    high: float
+    why: tuple[str, ...]
+
+
+def by_law(energy: float, height: float, reach: float) -> tuple[float, float, float]:
+    """Estimate and bounds of w_c by the spectrum alone, in the unit of the energy of full contact.
+
+    They are those of the law of the spectrum where it was tested.  Elsewhere the energy of full contact is the upper
+    one, and there is no lower one.
+    """
+    work = energy * turning_share(reach / height)
+    if LAW_RANGES[0] <= reach / height <= LAW_RANGES[1]:
+        return work, LAW[0] * work, LAW[1] * work
+    return work, 0.0, max(energy, LAW[1] * work)
+
+
+def bounds(contact: RoughContact, why: str) -> MapThreshold:
+    """Bounds of the threshold where there is no map, or none that can be pressed."""
+    work, low, high = np.nan, 0.0, np.inf
+    if contact.conformal_energy is not None:
+        work, low, high = by_law(contact.conformal_energy, contact.rms_height, contact.range)
+    none, nothing = Grid.square(1), np.zeros((1, 1))
+    wall = wall_on(none, contact.adhesion_length, contact.range)
+    return MapThreshold(
+        work=work, low=low, high=high, source=Source.BOUNDS, range=contact.range, why=(why,),
+        gap=nothing, wall=wall, grid=none, map=none, warnings=(),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class PressedMap:
+    """A map that is pressed without adhesion up to 1 % of its area; lengths in units of the pixel of its grid."""
+
+    topography: Topography
+    interface: Interface
+    threads: int = 1
+
+    @cached_property
+    def unit(self) -> float:
+        """The unit of length, in that of the map: its pixel."""
+        return max(self.topography.grid.spacing)
+
+    @cached_property
+    def problem(self) -> ContactProblem:
+        """The contact on at most :data:`FINEST` points."""
+        grid, heights = wall_of_map(self.topography, self.unit)
+        return self._on(grid, heights, FINEST)
+
+    def _on(self, grid: Grid, heights: Real, most: int) -> ContactProblem:
+        """The contact on the waves that a grid of so many points carries."""
+        coarse = grid
+        while coarse.size > most and coarse.coarser is not None:
+            coarse = coarse.coarser
+        if coarse is not grid:
+            heights_q = padded(coarse.shape_q, np.complex128)
+            restrict(grid.forward(heights), heights_q)
+            heights = coarse.inverse(heights_q)
+        return ContactProblem(coarse, HardWall(), heights, self.interface.substrate(self.unit))
+
+    @cached_property
+    def slope(self) -> float:
+        """Root mean square slope of what is pressed."""
+        return moments(self.problem.grid, self.problem.heights).rms_slope
+
+    @property
+    def left_out(self) -> float:
+        """Wavelength below which waves are left out as the map is coarsened, in the unit of the map; 0 if it is not."""
+        pixel = max(self.problem.grid.spacing) * self.unit
+        return 2 * pixel if pixel > 1.01 * self.unit else 0.0
+
+    @cached_property
+    def hard(self) -> PathState:
+        """The state under a hard wall."""
+        return self._pressed(self.problem)
+
+    def _pressed(self, problem: ContactProblem) -> PathState:
+        settings = Settings(RESIDUAL * self.slope, threads=self.threads)
+        solver = solver_of(problem, settings)
+        return find_area(problem, AREA, settings, Search(AREA_TOLERANCE), (), "start", solver).require()
+
+    def _level(self, most: int) -> _Level:
+        """The state on at most so many points."""
+        if self.problem.grid.size <= most:
+            return _Level(self.problem, self.hard)
+        problem = self._on(self.problem.grid, self.problem.heights, most)
+        return _Level(problem, self._pressed(problem))
+
+    @cached_property
+    def linear(self) -> _Level:
+        """The state from which w_c/w_DMT is known."""
+        return self._level(LINEAR)
+
+    @cached_property
+    def curved(self) -> _Level:
+        """The state from which the dependence on the range is known."""
+        return self.linear if self.problem.grid.size <= CURVED else self._level(CURVED)
+
+    def threshold(self) -> MapThreshold:
+        """The threshold for the range of the interface, and its curve over :data:`RANGES`."""
+        reach, linear = self.interface.range / self.unit, self.linear
+        # With the same ratio to w_DMT as on the coarser grid, where there is one.
+        finer = linear.hard is not self.hard
+        more = _dmt(self.hard, linear.wall(reach)) / linear.dmt(reach) if finer else 1.0
+        scale, wall = self.unit * self.interface.contact_modulus, linear.wall(reach)
+        found, one, distance = linear.at(reach), self._interval(linear, reach, more), linear.state.distance
+        mean_gap = self.hard.mean_gap + float(distance.mean()) - linear.hard.mean_gap
+        grid = self.problem.grid
+        return MapThreshold(
+            work=one.work * scale, low=one.low * scale, high=one.high * scale, source=Source.STATE,
+            range=self.interface.range, why=one.why, dmt=more * found.dmt * scale, chi=found.chi,
+            muller=self._tabor(one.work, reach), patches=self._patches(found.patches), area_rep=found.area_rep,
+            area_att=float(np.mean(distance < wall.range)) - found.area_rep,
+            mean_gap=mean_gap + wall.zero_gap + one.work * found.withdrawal, curve=tuple(self._curve(one)),
+            gap=(self.hard.gap if finer else distance) + wall.zero_gap, wall=wall, grid=grid,
+            map=self._own_points(grid), warnings=tuple(self._doubts()), state=linear.state,
+        )  # fmt: skip
+
+    def _own_points(self, grid: Grid) -> Grid:
+        """The points of the map itself among those of a grid, in units of the interface."""
+        images = 1 if self.topography.periodic else 2
+        return Grid((grid.shape[0] // images, grid.shape[1] // images), self.topography.lengths)
+
+    def _patches(self, patches: int) -> int:
+        """Patches of the map itself."""
+        return patches if self.topography.periodic else patches // 4
+
+    def _tabor(self, work: float, reach: float) -> float:
+        return generalised_tabor(self._curvature, work, reach) if work > 0 else np.nan
+
+    @cached_property
+    def _curvature(self) -> float:
+        return moments(self.problem.grid, self.problem.heights).rms_curvature
+
+    @cached_property
+    def energy(self) -> float:
+        """Elastic energy of full contact, in E* times the unit of length."""
+        return self.problem.elastic_energy(np.zeros(self.problem.grid.shape))
+
+    def _interval(self, level: _Level, reach: float, more: float) -> _Interval:
+        """The threshold and its interval at a range; ``more`` times what a level has."""
+        found = level.at(reach)
+        low, high, dmt = (more * one for one in (found.low, found.high, found.dmt))
+        work = float(np.sqrt(low * high)) if np.isfinite(high) else low
+        law, least, most = by_law(self.energy, float(self.problem.heights.std()), reach)
+        work = work if work > 0 else law
+        why = tuple(self._beyond(found.chi, self._tabor(work, reach), found.patches, work, reach))
+        if not why:
+            return _Interval(work, low / BEYOND, high * BEYOND, ())
+        ends = [one for one in (least, LEAST_OF_DMT * dmt) if one == one]
+        return _Interval(work, min(ends), max(most, BEYOND * (high if np.isfinite(high) else work)), why)
+
+    def _beyond(self, chi: float, tabor: float, patches: int, work: float, reach: float) -> Iterator[str]:
+        """Why the statement says nothing here."""
+        if not chi <= LARGEST_CHI:
+            yield f"adhesion draws the surface down between the contacts (χ = {chi:.2g}, above {LARGEST_CHI:g})"
+        if not tabor <= LARGEST_TABOR:
+            yield f"adhesion deforms the summits (Müser's number is {tabor:.2g}, above {LARGEST_TABOR:g})"
+        if self._patches(patches) < FEWEST:
+            yield f"{self._patches(patches)} patches touch, fewer than {FEWEST}"
+        if reach < shortest_range(self.topography, work * self.unit) / self.unit / np.sqrt(2):
+            yield "the pixels do not resolve the range of the attraction"
+
+    def _curve(self, here: _Interval) -> Iterator[CurvePoint]:
+        """The curve, from the coarser grid with the ratio to it that the range of the interface has."""
+        level, scale = self.curved, self.unit * self.interface.contact_modulus
+        given = self.interface.range / self.unit
+        more = 1.0 if level is self.linear else here.work / self._interval(level, given, 1.0).work
+        for reach in sorted({*RANGES, self.interface.range}):
+            one = here if reach == self.interface.range else self._interval(level, reach / self.unit, more)
+            yield CurvePoint(reach, one.work * scale, one.low * scale, one.high * scale)
+
+    def _doubts(self) -> Iterator[str]:
+        """Remarks about the state."""
+        own = self.problem.grid.size
+        if self.left_out:
+            yield (
+                f"pressed on {' x '.join(map(str, self.problem.grid.shape))} points: waves below "
+                f"{units.readable(self.left_out, 'length', 3)} are left out"
+            )
+        if own > LINEAR:
+            shape = " x ".join(map(str, self.linear.problem.grid.shape))
+            yield f"w_c over w_DMT, where adhesion deforms nothing, is that of the map on {shape} points"
+        law = replace(self.problem, wall=self.linear.wall(self.interface.range / self.unit))
+        yield from solver_doubts(law, self.slope, self.topography, "the pixel")
+
+
+def _dmt(hard: PathState, wall: Wall) -> float:
+    """w_DMT = N/<τ> of a state under a hard wall."""
+    gap = hard.gap[(hard.gap > 0) & (hard.gap < 2 * wall.range)]
+    pull = -wall.evaluate(wall.zero_gap + gap).traction.sum() / wall.work_of_adhesion / hard.gap.size
+    return float(hard.load / pull) if pull > 0 else np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class _Level:
+    """A contact on a grid, and its state under a hard wall."""
+
+    problem: ContactProblem
+    hard: PathState
+    known: dict[float, Threshold] = field(default_factory=dict, repr=False)
+    """Thresholds by their range."""
+
+    @cached_property
+    def state(self) -> PressedState:
+        """The state on the core."""
+        return on_core(self.problem, self.hard, CORE_STIFFNESS / max(self.problem.grid.spacing))
+
+    def wall(self, reach: float, work: float = 1e-6) -> Wall:
+        """The law of a range; its shape does not depend on its work while its core is the stiffer."""
+        return wall_on(self.problem.grid, work, reach)
+
+    def dmt(self, reach: float) -> float:
+        """w_DMT under a hard wall, as the finer grid has it."""
+        return _dmt(self.hard, self.wall(reach))
+
+    def at(self, reach: float) -> Threshold:
+        """The threshold at a range."""
+        if reach not in self.known:
+            self.known[reach] = self._at(reach)
+        return self.known[reach]
+
+    def _at(self, reach: float) -> Threshold:
+        return self.state.threshold(lambda work: self.wall(reach, work))
+
+
+def press_map(topography: Topography, interface: Interface, threads: int = 1) -> PressedMap:
+    """A map that is to be pressed.
+
+    Raises
+    ------
+    TopographyError
+        If it is flat.
+    """
+    instance("interface", interface, Interface)
+    if not np.ptp(instance("topography", topography, Topography).heights) > 0:
+        raise TopographyError(f"{topography.source}: the map is flat: there is no roughness to be pressed")
+    return PressedMap(topography, interface, threads)
