@@ -49,6 +49,7 @@ class Page:
     listing : title and text of a verbatim part, such as an input.
     sources : references, at its foot.
     files : files beside the page with their descriptions, to which the page links.
+    answers : sentences that follow the verdict, one a line.
     """
 
     title: str
@@ -59,6 +60,7 @@ class Page:
     listing: tuple[str, str] | None = None
     sources: str = field(default="")
     files: Sequence[tuple[str, str]] = ()
+    answers: Sequence[str] = ()
 
     def html(self) -> str:
         """The page; figures are read now."""
@@ -75,6 +77,7 @@ class Page:
         yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
         yield f"<title>{title}</title><style>{_STYLE}</style></head><body>"
         yield f'<h1>{title}</h1>\n<p class="verdict">{html.escape(self.verdict)}</p>'
+        yield from (f"<p>{html.escape(text)}</p>" for text in self.answers)
         if self.warnings:
             items = "".join(f"<li>{html.escape(text)}</li>" for text in self.warnings)
             yield f"<h2>Warnings</h2><ul>{items}</ul>"
