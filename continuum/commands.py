@@ -29,7 +29,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.runs.result import Result
 from continuum.show.answer import statements
-from continuum.show.console import progress, show, tell, warn
+from continuum.show.console import progress, show, tell, verbose, warn
 from continuum.show.prediction_data import as_csv
 from continuum.show.runs import progress_line, turn_sheet
 from continuum.sticky.materials import InterfaceError
@@ -204,12 +204,12 @@ def predict(
     found = found.solved(threads, solve, tell)
     for line in statements(found):
         print(f"{line}.")
-    for doubt in found.doubts:
-        print(f"warning: {doubt}")
-    for sheet in reading_order(found.sheets()):
-        show(sheet)
-    for path in found.write(output, "-".join([*(path.stem for path in maps), "predict"])):
-        print(path)
+    if verbose():
+        warn(found.doubts)
+        for sheet in reading_order(found.sheets()):
+            show(sheet)
+    page, *_ = found.write(output, "-".join([*(path.stem for path in maps), "predict"]))
+    print(f"Figures, tables and {len(found.doubts)} remarks: {page}")
     if json is not None:
         print(files.save(json, found.json()))
     missed = solve and found.threshold is not None and found.threshold.source is not Source.SEARCH

@@ -19,7 +19,7 @@ force = partial(units.readable, quantity="force", digits=3)
 HOW = {
     Source.STATE: "from one state without adhesion",
     Source.SEARCH: "by a search with adhesion",
-    Source.BOUNDS: "by the law of the spectrum",
+    Source.BOUNDS: "as bounds only",
 }
 """How a threshold was found."""
 WIDE = 2.0
@@ -79,8 +79,7 @@ def _change(prediction: Prediction, threshold: MapThreshold) -> str:
             return ""
         ends = [f"not sticky with w below {per_area(threshold.low)}"] if threshold.low > 0 else []
         ends += [f"sticky with w above {per_area(threshold.high)}"] if np.isfinite(threshold.high) else []
-        more = "; --solve searches for the threshold" if threshold.source is Source.STATE else ""
-        return f"It would be {', '.join(ends)}{more}"
+        return f"It would be {', '.join(ends)}"
     more, less = ("below", "above") if answer == "sticky" else ("above", "below")
     reach, heights = _range_and_heights(threshold, w, contact.range)
     modulus = contact.contact_modulus * w / threshold.work
@@ -115,8 +114,9 @@ def _zeros(x: Real, y: Real) -> Real:
 
 
 def times(ratio: float) -> str:
-    """A factor with two significant digits, without an exponent."""
-    return f"{float(f'{ratio:.2g}'):.12g}" if ratio >= 1e-4 else f"{ratio:.2g}"
+    """A factor with two significant digits, near one with three, without an exponent."""
+    digits = 3 if 0.8 < ratio < 1.25 else 2
+    return f"{float(f'{ratio:.{digits}g}'):.12g}" if ratio >= 1e-4 else f"{ratio:.2g}"
 
 
 def _faults(prediction: Prediction) -> str:
