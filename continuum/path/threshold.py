@@ -51,6 +51,8 @@ which they give up."""
 SHAPES, SAME = 6, 1e-3
 """Works at which the shape of a law is looked at before the threshold counts as not found, and how far two shapes may
 be apart, relative to the largest attraction: a hundredth of what the third order leaves open."""
+NOTHING_NEAR = -10.0
+"""Logarithm of the attraction over the load where no gap is within the range of a law."""
 EDGE = 1e-3
 """Smallest pressure by which the edge is weighed, in units of the mean pressure of the contact."""
 
@@ -214,9 +216,11 @@ class PressedState:
         def excess(logarithm: float) -> float:
             work = float(np.exp(logarithm))
             pull = self.grid.mean(self.attraction(law_of(work))[0])
-            return float(np.log(pull * work / self.load)) if pull > 0 else -10.0
+            return float(np.log(pull * work / self.load)) if pull > 0 else NOTHING_NEAR
 
         start = float(np.log(self.load * float(self.distance.max())))
+        if excess(start) == NOTHING_NEAR == excess(start - NOTHING_NEAR):
+            return np.nan
         found = scipy.optimize.root_scalar(excess, x0=start, x1=start - excess(start), xtol=1e-6, maxiter=40)
         return float(np.exp(found.root)) if found.converged else np.nan
 

@@ -146,7 +146,7 @@ def bounds(contact: RoughContact, why: str) -> MapThreshold:
     work, low, high = np.nan, 0.0, np.inf
     if contact.conformal_energy is not None:
         work, low, high = by_law(contact.conformal_energy, contact.rms_height, contact.range)
-    none, nothing = Grid.square(1), np.zeros((1, 1))
+    none, nothing = Grid.square(2), np.zeros((2, 2))
     wall = wall_on(none, contact.adhesion_length, contact.range)
     return MapThreshold(
         work=work, low=low, high=high, source=Source.BOUNDS, range=contact.range, why=(why,),
