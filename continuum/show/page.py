@@ -25,7 +25,8 @@ img { max-width: 100%; height: auto; }
 pre { font-size: 12px; background: #f6f6f6; padding: 1em; overflow-x: auto; }
 p.verdict { font-size: 1.1rem; padding: 0.6rem 0.9rem; background: #eef3f7; }
 p.note, figcaption { font-size: 13px; color: #555; white-space: pre-line; }
-figure { margin: 1rem 0; }
+figure { margin: 1rem 0; overflow-x: auto; }
+@media (max-width: 40rem) { figure img { max-width: none; width: 44rem; } }
 footer { color: #666; font-size: 12px; margin-top: 2rem; }
 @media print {
   body { margin: 0; max-width: none; font-size: 10pt; } table { font-size: 8pt; }

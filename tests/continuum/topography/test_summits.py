@@ -124,7 +124,7 @@ def test_summits_that_are_flattened_are_so_much_lower_and_smoother(seed: int, po
 
 
 def test_clean_surfaces_are_hardly_ever_called_anything_else() -> None:
-    """Limits are three standard errors and 1.5; 14 were called so of 2400 (docs/predict.md)."""
+    """Limits are three standard errors and 1.5; 14 were called so of 2400 (docs/maps.md)."""
     found, rng = 0, np.random.default_rng(5)
     for seed in range(120):
         lambda_s = float(rng.uniform(2.5, 8))
