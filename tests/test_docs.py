@@ -28,7 +28,6 @@ from continuum.model.grid import Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.runs import cost
-from continuum.sticky.record import recorded
 from continuum.tables import LARGEST_N
 from tests.studies.map_of_the_tutorial import HEAD, MAP, heights
 
@@ -167,13 +166,11 @@ def test_the_glossary_has_the_mean_diameter_of_the_paper() -> None:
 
 
 def test_the_numbers_of_the_limits_are_those_of_the_code() -> None:
-    surfaces = {(s.contact.rms_height, s.contact.rms_curvature, s.contact.roll_off) for s in recorded()}
     for said in (
         f"slopes above {SMALL_SLOPE:g} (a warning), above {LARGEST_SLOPE:g} (refused)",
         f"waves of fewer than {POINTS} points",
         f"{LARGEST_N} points along a side",
         f"estimates assume {cost._MEMORY['per_point']}",
-        f"{len(recorded())} contacts of {len(surfaces)} surfaces",
     ):
         assert said in PAGES["docs/limits.md"], said
 
