@@ -78,7 +78,7 @@ class Threshold(NamedTuple):
     @property
     def work(self) -> float:
         """The estimate: the geometric mean of both forms; NaN where there is only one."""
-        return float(np.sqrt(self.low * self.high)) if np.isfinite(self.high) else np.nan
+        return float(np.sqrt(self.low * self.high)) if self.low > 0 and np.isfinite(self.high) else np.nan
 
 
 class _Response(NamedTuple):
@@ -261,8 +261,8 @@ class PressedState:
             last = pull, response
             low, high, chi = response.threshold(self.load)
             withdrawal = response.withdrawal
-            work = low if np.isinf(high) else float(np.sqrt(low * high))
-            if not np.isfinite(work):
+            work = low if np.isinf(high) else float(np.sqrt(max(low * high, 0.0)))
+            if not work > 0:
                 break
         else:
             low, high, chi = np.nan, np.nan, np.nan

@@ -164,8 +164,7 @@ def find_threshold(
         found = pressed.threshold()
     except NotConvergedError as error:
         return bounds(contact, f"the map could not be pressed: {error}")
-    open_still = bool(found.why) or found.sticky(interface.work_of_adhesion) is None
-    if search is False or not (search or open_still):
+    if search is False or not (search or found.sticky(interface.work_of_adhesion) is None):
         return found
     seconds = expected_seconds(pressed, found)
     if not search and seconds > SHORT:
