@@ -195,6 +195,8 @@ def predict(
         raise InputError("--pattern applies to the files of a folder, and no folder is given")
     if csv is not None:
         return _predict_each(maps, csv, solve, threads, given)
+    began = time.monotonic()
+    tell(f"reading {', '.join(map(str, maps))}")
     found = _predicted(maps, given)
     # Checked before hours of work, but after the input.
     files.folder(output)
@@ -202,6 +204,7 @@ def predict(
         files.distinct(path, maps)
         files.folder(path.parent)
     found = found.solved(threads, solve, tell)
+    tell(f"solved in {time.monotonic() - began:.2g} s")
     for line in statements(found):
         print(f"{line}.")
     if verbose():

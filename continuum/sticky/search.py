@@ -1,7 +1,7 @@
 """The threshold of a map by a search: works of adhesion are tried until the load at 1 % area changes its sign.
 
 This does not need the state at the given work of adhesion, which costs many times more far from the threshold, where
-the surface snaps.  The wall is that of :mod:`continuum.sticky.simulate`; the search begins at the estimate of
+the surface snaps.  The wall is that of :mod:`continuum.sticky.on_grid`; the search begins at the estimate of
 :mod:`continuum.sticky.threshold`.
 """
 
@@ -22,7 +22,7 @@ from continuum.solve.solution import NotConvergedError, Settings, Solution
 from continuum.solve.solver import Solver
 from continuum.sticky.criteria import AREA, RoughContact
 from continuum.sticky.materials import Interface
-from continuum.sticky.simulate import (
+from continuum.sticky.on_grid import (
     UnresolvedError,
     check_resolved,
     in_place_of,

@@ -34,7 +34,7 @@ from continuum.path.threshold import PressedState, Threshold, on_core
 from continuum.solve.solution import Settings
 from continuum.sticky.criteria import AREA, RoughContact
 from continuum.sticky.materials import Interface
-from continuum.sticky.simulate import CORE_STIFFNESS, SolvedMap, shortest_range, solver_doubts, wall_of_map, wall_on
+from continuum.sticky.on_grid import CORE_STIFFNESS, SolvedMap, shortest_range, solver_doubts, wall_of_map, wall_on
 from continuum.theory.rough import generalised_tabor, turning_share
 from continuum.topography.map import Topography, TopographyError
 
@@ -270,21 +270,26 @@ class PressedMap:
         first, chi = found.low / (1 + found.chi), found.chi
         near = chi <= LARGEST_CHI
         work = more * (found.work if near else first * (1 + chi + chi**2))
-        why = tuple(self._beyond(chi, self._tabor(work, reach), found.patches, work, reach))
-        if not why:
+        why, soft = tuple(self._beyond(chi, found.patches)), tuple(self._soft(work, reach))
+        if not (why or soft):
             return _Interval(work, more * found.low / BEYOND, more * found.high * BEYOND, ())
-        wide = SCATTER if len(why) == 1 and not near else UNKNOWN
-        low, high = min(least, more * found.dmt, work), max(most, work)
+        low, high, wide = min(more * found.dmt, work), work, SCATTER if len(why) == 1 and not near else UNKNOWN
+        if soft:  # nothing is known of how far it is from w_DMT
+            low, high, why = min(least, low), max(most, high), (*why, *soft)
         return _Interval(work, low / wide, high * wide, why)
 
-    def _beyond(self, chi: float, tabor: float, patches: int, work: float, reach: float) -> Iterator[str]:
-        """Why the statement says nothing here."""
+    def _beyond(self, chi: float, patches: int) -> Iterator[str]:
+        """Why the statement is less certain here."""
         if not chi <= LARGEST_CHI:
             yield f"adhesion draws the surface down between the contacts (χ = {chi:.2g}, above {LARGEST_CHI:g})"
-        if not tabor <= LARGEST_TABOR:
-            yield f"adhesion deforms the summits (Müser's number is {tabor:.2g}, above {LARGEST_TABOR:g})"
         if self._patches(patches) < FEWEST:
             yield f"{self._patches(patches)} patches touch, fewer than {FEWEST}"
+
+    def _soft(self, work: float, reach: float) -> Iterator[str]:
+        """Why the statement says nothing here: the attraction acts within too little of the contact."""
+        tabor = self._tabor(work, reach)
+        if not tabor <= LARGEST_TABOR:
+            yield f"adhesion deforms the summits (Müser's number is {tabor:.2g}, above {LARGEST_TABOR:g})"
         if reach < shortest_range(self.topography, work * self.unit) / self.unit / np.sqrt(2):
             yield "the pixels do not resolve the range of the attraction"
 
