@@ -21,8 +21,8 @@ from continuum.model.surface import SelfAffine, moments
 from continuum.show.sheet import Sheet
 from continuum.solve.solution import NotConvergedError
 from continuum.sticky.materials import Interface
-from continuum.sticky.search import search_threshold
 from continuum.sticky.on_grid import UnresolvedError
+from continuum.sticky.search import search_threshold
 from continuum.sticky.threshold import MapThreshold, press_map
 from continuum.topography.map import Topography
 from continuum.topography.mending import detrend
