@@ -12,7 +12,6 @@ from continuum.show.page import Page
 from continuum.show.prediction_data import areal
 from continuum.show.prediction_figures import fault_figure, overview
 from continuum.show.sheet import Column, Entry, Sheet, pairs
-from continuum.sticky.criteria import CRITERIA
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.threshold import MapThreshold
@@ -36,7 +35,7 @@ def prediction_sheets(prediction: Prediction) -> list[Sheet]:
     inputs = [_surfaces(prediction), _moments(prediction), _contact(prediction)]
     found = [] if prediction.threshold is None else _threshold(prediction, prediction.threshold)
     probe = [] if prediction.probe is None else [_probe(prediction.probe)]
-    numbers = [_theories(prediction), _numbers(prediction), *map(_density, prediction.topographies)]
+    numbers = [_theories(prediction), *map(_density, prediction.topographies)]
     return [*inputs, *found, *probe, *numbers]
 
 
@@ -155,39 +154,14 @@ def _contact(prediction: Prediction) -> Sheet:
 
 
 def _theories(prediction: Prediction) -> Sheet:
-    contact = prediction.contact
-    rows = [
-        (
-            one.name,
-            f"{one.symbol} = {one.value:.4g}",
-            per_area(one.turning_work(contact) or 0.0),
-            one.margin,
-            "yes" if one.valid else "no: " + "; ".join(one.why),
-            one.source,
-        )
-        for one in prediction.verdicts
-    ]
-    head = ("theory", "parameter", "its w_c", Column("w over it", "", ".3g"), "in its range", "source")
-    return Sheet.of("Theories, for comparison: they take no part in the answer", head, rows)
-
-
-def _numbers(prediction: Prediction) -> Sheet:
     shown: dict[str, Callable[[float], str]] = {"": "{:.4g}".format, "length": length, "pressure": pressure}
     rows = []
-    for estimate in prediction.estimates:
-        if estimate.margin is None:
-            value = max(estimate.value, CRITERIA[estimate.key].least)
-            rows.append((estimate.name, estimate.symbol, shown[estimate.unit](value), estimate.source,
-                         "yes" if estimate.valid else "no: " + "; ".join(estimate.why)))  # fmt: skip
-    paper = "yes" if prediction.paper.valid else "no: see the paper's theory"
-    rows += [
-        ("κ at 1 % repulsive area", "κ", f"{prediction.kappa:.4g}", "paper, Eq. (3); negative: sticky", paper),
-        (
-            "load at 1 % repulsive area", "N/A0", pressure(prediction.load),
-            "paper, Eqs. (1), (3); negative: borne tension, which the pull-off force exceeds", paper,
-        ),
-    ]  # fmt: skip
-    return Sheet.of("Numbers", ("quantity", "symbol", "value", "source", "in its range"), tuple(rows))
+    for one in prediction.estimates:
+        work, valid = one.turning_work(prediction.contact), "yes" if one.valid else "no: " + "; ".join(one.why)
+        named = one.name, f"{one.symbol} = {shown[one.unit](one.value)}", "-" if work is None else per_area(work)
+        rows.append((*named, one.margin, valid, one.source))
+    head = ("theory or number", "parameter", "its w_c", Column("w over it", "", ".3g"), "in its range", "source")
+    return Sheet.of("Theories, for comparison: they take no part in the answer", head, rows)
 
 
 def _density(topography: Topography) -> Sheet:

@@ -16,7 +16,7 @@ import numpy as np
 
 from continuum.arguments import ArgumentError, instance, number
 from continuum.sticky.continuation import Continuation, continuation_of
-from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
+from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate
 from continuum.sticky.doubts import prediction_doubts
 from continuum.sticky.materials import Interface
 from continuum.sticky.probe import ProbePullOff, probe_doubts, probe_pull_off
@@ -30,9 +30,6 @@ from continuum.topography.roughness import Cut, Fit, Roughness, fit_self_affine,
 
 if TYPE_CHECKING:
     from continuum.show.sheet import Sheet
-
-NOTHING = 1e-9
-"""Part of a moment below which it consists of rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +46,6 @@ class Prediction:
     contact: RoughContact
     estimates: tuple[Estimate, ...] = field(repr=False)
     """Every criterion and number of :mod:`continuum.sticky.criteria`, the paper's first."""
-    cuts: tuple[tuple[Cut, tuple[Estimate, ...]], ...] = field(repr=False)
-    """Roughness above each cut-off wavelength, ascending, and the verdicts on it."""
     warnings: tuple[str, ...]
     """Warnings, in words."""
     findings: tuple[Findings, ...] = field(default=(), repr=False)
@@ -129,12 +124,6 @@ class Prediction:
         """Load per area at a repulsive area of 1 %, by the paper; negative loads are tensions."""
         contact = self.contact
         return AREA * paper.repulsive_pressure(contact.rms_slope, self.kappa, contact.contact_modulus)
-
-    @property
-    def distinct(self) -> list[int]:
-        """Indices of the criteria with different margins: asperity theories share one."""
-        margins = [estimate.margin for estimate in self.verdicts]
-        return [i for i, margin in enumerate(margins) if margin not in margins[:i]]
 
     def solved(
         self, threads: int = 1, search: bool | None = None, told: Callable[[str], None] = lambda text: None
@@ -274,10 +263,6 @@ def _predicted(
     contact = rough_contact(roughness.whole, interface, roll_off)
     estimates = every_estimate(contact)
     warnings = prediction_doubts(topographies, analysed, fits, roughness, contact)
-    warnings += [f"{estimates[0].name} is out of its range: {why}" for why in estimates[0].why]
-    shortest = max(topography.cutoff or 0.0 for topography in topographies)
-    cuts = [roughness.cut(wavelength) for wavelength in roughness.wavelengths if wavelength >= shortest]
-    least = NOTHING * np.array(roughness.whole.moments)
     return Prediction(
         tuple(topographies),
         roughness,
@@ -285,7 +270,6 @@ def _predicted(
         interface,
         contact,
         estimates,
-        tuple((cut, verdicts(rough_contact(cut, interface, roll_off))) for cut in cuts if np.all(cut.moments > least)),
         tuple(warnings),
         findings,
         continuation_of(topographies, analysed, smallest, tip),
