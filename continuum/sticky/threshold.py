@@ -36,7 +36,7 @@ from continuum.sticky.criteria import AREA, RoughContact
 from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import CORE_STIFFNESS, SolvedMap, shortest_range, solver_doubts, wall_of_map, wall_on
 from continuum.theory.rough import generalised_tabor, turning_share
-from continuum.topography.map import Topography, TopographyError
+from continuum.topography.map import Topography
 
 FINEST, LINEAR = 2048**2, 512**2
 """Points that are pressed, and of which linear solves are made, at most: a pair of transforms takes .15 and .01 CPU s
@@ -59,7 +59,7 @@ RESIDUAL, AREA_TOLERANCE = 1e-4, 0.03
 """Residual of a state relative to h' E*, and its area relative to 1 %: w_c moves by a few tenths of that."""
 
 
-class Source(enum.Enum):
+class ThresholdSource(enum.Enum):
     """What a threshold comes from."""
 
     STATE = "one state without adhesion"
@@ -67,7 +67,7 @@ class Source(enum.Enum):
     BOUNDS = "bounds"
 
 
-class CurvePoint(NamedTuple):
+class RangePoint(NamedTuple):
     """The threshold under one effective range, in the units of the interface."""
 
     range: float
@@ -89,7 +89,7 @@ class MapThreshold(SolvedMap):
     """Below it the surface is not sticky."""
     high: float
     """Above it the surface is sticky; between both it is undecided.  May be infinite."""
-    source: Source
+    source: ThresholdSource
     range: float
     """Effective range that it holds for."""
     why: tuple[str, ...] = ()
@@ -112,7 +112,7 @@ class MapThreshold(SolvedMap):
     """Whether the load jumps over zero at the threshold, as the surface snaps; known to a search only."""
     solves: int = 0
     """Trial states of a search."""
-    curve: tuple[CurvePoint, ...] = ()
+    curve: tuple[RangePoint, ...] = ()
     """The threshold against the range, from the same state."""
     state: PressedState | None = field(default=None, repr=False)
     """The state without adhesion, on at most :data:`LINEAR` points."""
@@ -151,7 +151,7 @@ def bounds(contact: RoughContact, why: str) -> MapThreshold:
     none, nothing = Grid.square(2), np.zeros((2, 2))
     wall = wall_on(none, contact.adhesion_length, contact.range)
     return MapThreshold(
-        work=work, low=low, high=high, source=Source.BOUNDS, range=contact.range, why=(why,),
+        work=work, low=low, high=high, source=ThresholdSource.BOUNDS, range=contact.range, why=(why,),
         gap=nothing, wall=wall, grid=none, map=none, warnings=(),
     )  # fmt: skip
 
@@ -230,7 +230,7 @@ class PressedMap:
         mean_gap = self.hard.mean_gap + float(distance.mean()) - linear.hard.mean_gap
         grid = self.problem.grid
         return MapThreshold(
-            work=one.work * scale, low=one.low * scale, high=one.high * scale, source=Source.STATE,
+            work=one.work * scale, low=one.low * scale, high=one.high * scale, source=ThresholdSource.STATE,
             range=self.interface.range, why=one.why, dmt=self._more(reach) * found.dmt * scale, chi=found.chi,
             muller=self._tabor(one.work, reach), patches=self._patches(found.patches), area_rep=found.area_rep,
             area_att=float(np.mean(distance < wall.range)) - found.area_rep,
@@ -264,12 +264,12 @@ class PressedMap:
         """The threshold and its interval at a range."""
         found, more = self.linear.at(reach), self._more(reach)
         law, least, most = by_law(self.energy, float(self.problem.heights.std()), reach)
-        if not found.dmt > 0 or not np.isfinite(found.chi):
-            return _Interval(law, least / UNKNOWN, most * UNKNOWN, ("no attraction of this range reaches the surface",))
         # Where the two forms are far apart, or one is missing, the third order is taken as half of the root's.
         first, chi = found.low / (1 + found.chi), found.chi
         near = chi <= LARGEST_CHI
         work = more * (found.work if near else first * (1 + chi + chi**2))
+        if not work > 0:
+            return _Interval(law, least / UNKNOWN, most * UNKNOWN, ("this range of attraction is beyond first orders",))
         why, soft = tuple(self._beyond(chi, found.patches)), tuple(self._soft(work, reach))
         if not (why or soft):
             return _Interval(work, more * found.low / BEYOND, more * found.high * BEYOND, ())
@@ -293,12 +293,12 @@ class PressedMap:
         if reach < shortest_range(self.topography, work * self.unit) / self.unit / np.sqrt(2):
             yield "the pixels do not resolve the range of the attraction"
 
-    def _curve(self, scale: float) -> Iterator[CurvePoint]:
+    def _curve(self, scale: float) -> Iterator[RangePoint]:
         """The curve over :data:`RANGES`, and the range of the interface."""
         given = self.interface.range
         for reach in sorted({given, *(one for one in RANGES if not np.isclose(one, given, atol=0.0))}):
             found = self._interval(reach / self.unit)
-            yield CurvePoint(reach, found.work * scale, found.low * scale, found.high * scale)
+            yield RangePoint(reach, found.work * scale, found.low * scale, found.high * scale)
 
     def _doubts(self) -> Iterator[str]:
         """Remarks about the state."""
@@ -350,14 +350,6 @@ class _Level:
 
 
 def press_map(topography: Topography, interface: Interface, threads: int = 1) -> PressedMap:
-    """A map that is to be pressed.
-
-    Raises
-    ------
-    TopographyError
-        If it is flat.
-    """
+    """A map that is to be pressed."""
     instance("interface", interface, Interface)
-    if not np.ptp(instance("topography", topography, Topography).heights) > 0:
-        raise TopographyError(f"{topography.source}: the map is flat: there is no roughness to be pressed")
-    return PressedMap(topography, interface, threads)
+    return PressedMap(instance("topography", topography, Topography), interface, threads)

@@ -3,8 +3,8 @@
 Run as ``python -m tests.studies.record FOLDER ...``: sweeps over the work of adhesion at a given range
 (``inputs/sweep/who-is-right.toml``) give surfaces with the work at which they turn; those of the paper's law
 (``figure4.toml``) give states, sticky or not.  Rows of the record that no sweep has anew stay.  Without a folder: the
-table of docs/predict.md, of the record as it is.  With ``--law`` the turns that judged docs/law.md are added, those at
-other periods included.
+tables of docs/studies/predict-record.md, of the record as it is.  With ``--law`` the turns that judged docs/law.md are
+added, those at other periods included.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from continuum.paper.points import sweep_points
 from continuum.show.sheet import Column, Sheet
 from continuum.sticky.criteria import AREA, CRITERIA, RoughContact
 from continuum.sweeps.collect import PointTable, collect
-from tests.studies.record.judged import judge_contact
+from tests.studies.record.judged import NECESSARY, judge_contact
 from tests.studies.record.votes import Surface, recorded
 
 HERE = Path(__file__).parent
@@ -103,7 +103,7 @@ def record_sheet() -> Sheet:
     """Each criterion on the record: its margins at the turns in its range, and how often it is right on the states."""
     turns, others = _kinds()
     rows = []
-    for criterion in (one for one in CRITERIA.values() if one.margin and one.sufficient):
+    for criterion in (one for one in CRITERIA.values() if one.margin and one.key != NECESSARY):
         found = [criterion(surface.contact) for surface in turns]
         valid = np.array([estimate.valid for estimate in found])
         margins = np.array([estimate.margin for estimate in found], dtype=float)
@@ -130,7 +130,7 @@ def discrimination_sheet() -> Sheet:
     half = CRITERIA["half-conformal-energy"]
     near = np.abs([np.log(half(surface.contact).margin or np.nan) for surface in others]) < np.log(3)
     rows = []
-    for criterion in (one for one in CRITERIA.values() if one.margin and one.sufficient):
+    for criterion in (one for one in CRITERIA.values() if one.margin and one.key != NECESSARY):
         found = [criterion(surface.contact) for surface in others]
         margins = np.array([estimate.margin for estimate in found], dtype=float)
         heard, says = np.array([estimate.valid for estimate in found]), margins > 1

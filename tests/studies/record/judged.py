@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from continuum.sticky.criteria import CRITERIA, LARGEST_SLOPE, Answer, Criterion, Estimate, RoughContact, verdicts
+from continuum.sticky.criteria import CRITERIA, LARGEST_SLOPE, Answer, Criterion, Estimate, RoughContact, every_estimate
 from continuum.sticky.verdict import STEEPEST, WIDE
 from tests.studies.record.votes import Left, Part, Support, mean_margin, outside, support, turning_margin
 
+NECESSARY = "necessary-adhesion"
+"""A necessary condition, which has no record and does not count."""
 SURE = 0.9
 """Probability above which a verdict is given."""
 
@@ -63,11 +65,11 @@ def votes(contact: RoughContact, without: Left | None = None) -> tuple[Vote, ...
 
     def vote(estimate: Estimate) -> Vote:
         entry = (CRITERIA[estimate.key],)
-        if not entry[0].sufficient:
+        if estimate.key == NECESSARY:
             return Vote(estimate, None)
         return Vote(estimate, support(entry, contact, without), outside(entry, contact, without))
 
-    return tuple(map(vote, verdicts(contact)))
+    return tuple(map(vote, (one for one in every_estimate(contact) if one.margin is not None)))
 
 
 def judge_contact(contact: RoughContact, without: Left | None = None, part: Part = "map") -> Verdict:

@@ -2,8 +2,8 @@
 
 It has two parts, both in units of pixels and E* = 1.  That of whole maps (``record.csv``, made by
 ``python -m tests.studies.record``) holds Gaussian surfaces of two kinds: with the work of adhesion at which the load at
-1 % repulsive area changes its sign on approach, and with one work of adhesion and the sign found there.  That of summits
-(``summits.csv``) holds Gaussian, worn, honed, pitted, beaded and other surfaces
+1 % repulsive area changes its sign on approach, and with one work of adhesion and the sign found there.  That of
+summits (``summits.csv``) holds Gaussian, worn, honed, pitted, beaded and other surfaces
 with the work at which they turn; its moments are those of the upper twentieth of the points.
 
 An exact criterion has a margin of 1 at the turn.  The probability that a contact with a given margin is sticky is the
