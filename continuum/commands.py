@@ -35,7 +35,7 @@ from continuum.show.runs import progress_line, turn_sheet
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.tables import OPTIONS
-from continuum.sticky.threshold import Source
+from continuum.sticky.threshold import Basis
 from continuum.topography.instruments import measurements
 from continuum.topography.map import TopographyError
 
@@ -215,7 +215,7 @@ def predict(
     print(f"Figures, tables and {len(found.doubts)} remarks: {page}")
     if json is not None:
         print(files.save(json, found.json()))
-    missed = solve and found.threshold is not None and found.threshold.source is not Source.SEARCH
+    missed = solve and found.threshold is not None and found.threshold.source is not Basis.SEARCH
     return NOT_CONVERGED if missed else OK
 
 

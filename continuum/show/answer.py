@@ -9,7 +9,7 @@ from continuum.model.fourier import Real
 from continuum.show.prediction_data import remedy_options
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
-from continuum.sticky.threshold import MapThreshold, Source
+from continuum.sticky.threshold import Basis, MapThreshold
 
 length = partial(units.readable, quantity="length", digits=3)
 pressure = partial(units.readable, quantity="pressure", digits=3)
@@ -17,9 +17,9 @@ per_area = partial(units.readable, quantity="energy_per_area", digits=3)
 force = partial(units.readable, quantity="force", digits=3)
 """Lengths, pressures, energies per area and forces as statements and tables have them."""
 HOW = {
-    Source.STATE: "from one state without adhesion",
-    Source.SEARCH: "by a search with adhesion",
-    Source.BOUNDS: "as bounds only",
+    Basis.STATE: "from one state without adhesion",
+    Basis.SEARCH: "by a search with adhesion",
+    Basis.BOUNDS: "as bounds only",
 }
 """How a threshold was found."""
 WIDE = 2.0

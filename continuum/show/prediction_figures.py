@@ -11,7 +11,7 @@ from continuum import units
 from continuum.model.fourier import Real
 from continuum.show import plot
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.threshold import CurvePoint, MapThreshold
+from continuum.sticky.threshold import MapThreshold, RangePoint
 from continuum.topography.faults import Findings
 from continuum.topography.map import Topography
 from continuum.topography.roughness import spectrum
@@ -121,7 +121,7 @@ def _draw_contact(axis: Axes, threshold: MapThreshold) -> None:
 
 def _draw_curve(axis: Axes, prediction: Prediction, threshold: MapThreshold) -> None:
     """The threshold with its interval, and the work of adhesion and range of the contact."""
-    points = threshold.curve or (CurvePoint(threshold.range, threshold.work, threshold.low, threshold.high),)
+    points = threshold.curve or (RangePoint(threshold.range, threshold.work, threshold.low, threshold.high),)
     ranges, work, low, high = (np.array(column) for column in zip(*points, strict=True))
     contact = prediction.contact
     # An interval without an end goes beyond the panel.

@@ -21,7 +21,7 @@ from continuum.sticky.doubts import prediction_doubts
 from continuum.sticky.materials import Interface
 from continuum.sticky.probe import ProbePullOff, probe_doubts, probe_pull_off
 from continuum.sticky.search import find_threshold
-from continuum.sticky.threshold import MapThreshold, Source, bounds
+from continuum.sticky.threshold import Basis, MapThreshold, bounds
 from continuum.sticky.verdict import Verdict, verdict_of
 from continuum.theory import paper
 from continuum.topography.faults import Findings, MapFault, find_faults
@@ -78,7 +78,7 @@ class Prediction:
         if self.interface.probe is None:
             return None
         found = self.threshold
-        known = found is not None and found.source is not Source.BOUNDS and self.verdict.answer == "not sticky"
+        known = found is not None and found.source is not Basis.BOUNDS and self.verdict.answer == "not sticky"
         touched = found.area_rep + found.area_att if found is not None and known else None
         return probe_pull_off(self.contact, self.interface.probe, touched)
 

@@ -30,7 +30,15 @@ from continuum.sticky.on_grid import (
     solver_doubts,
     wall_on,
 )
-from continuum.sticky.threshold import AREA_TOLERANCE, RESIDUAL, MapThreshold, PressedMap, Source, bounds, press_map
+from continuum.sticky.threshold import (
+    AREA_TOLERANCE,
+    RESIDUAL,
+    Basis,
+    MapThreshold,
+    PressedMap,
+    bounds,
+    press_map,
+)
 from continuum.theory.rough import turning_share
 from continuum.topography.map import Topography
 
@@ -136,7 +144,7 @@ def search_threshold(pressed: PressedMap, found: MapThreshold, *, limited: bool 
     doubts += solver_doubts(at, pressed.slope, topography, "the pixel")
     return replace(
         found, work=length * scale, low=turn.before.value * scale, high=max(turn.after.value, share * length) * scale,
-        source=Source.SEARCH, range=reach, why=(), jumps=turn.kind == "jump-in", solves=state.search_solves + 1,
+        source=Basis.SEARCH, range=reach, why=(), jumps=turn.kind == "jump-in", solves=state.search_solves + 1,
         area_rep=state.totals.area_rep, area_att=state.totals.area_att, gap=state.gap, wall=at.wall,
         warnings=tuple(dict.fromkeys((*found.warnings, *doubts))),
     )  # fmt: skip
@@ -178,4 +186,4 @@ def find_threshold(
 
 def _undecided(found: MapThreshold, why: str) -> MapThreshold:
     """What is known without a search: bounds, where the state without adhesion was beyond its range."""
-    return replace(found, source=Source.BOUNDS if found.why else found.source, why=(*found.why, why))
+    return replace(found, source=Basis.BOUNDS if found.why else found.source, why=(*found.why, why))

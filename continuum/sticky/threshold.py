@@ -59,7 +59,7 @@ RESIDUAL, AREA_TOLERANCE = 1e-4, 0.03
 """Residual of a state relative to h' E*, and its area relative to 1 %: w_c moves by a few tenths of that."""
 
 
-class ThresholdSource(enum.Enum):
+class Basis(enum.Enum):
     """What a threshold comes from."""
 
     STATE = "one state without adhesion"
@@ -89,7 +89,7 @@ class MapThreshold(SolvedMap):
     """Below it the surface is not sticky."""
     high: float
     """Above it the surface is sticky; between both it is undecided.  May be infinite."""
-    source: ThresholdSource
+    source: Basis
     range: float
     """Effective range that it holds for."""
     why: tuple[str, ...] = ()
@@ -151,7 +151,7 @@ def bounds(contact: RoughContact, why: str) -> MapThreshold:
     none, nothing = Grid.square(2), np.zeros((2, 2))
     wall = wall_on(none, contact.adhesion_length, contact.range)
     return MapThreshold(
-        work=work, low=low, high=high, source=ThresholdSource.BOUNDS, range=contact.range, why=(why,),
+        work=work, low=low, high=high, source=Basis.BOUNDS, range=contact.range, why=(why,),
         gap=nothing, wall=wall, grid=none, map=none, warnings=(),
     )  # fmt: skip
 
@@ -230,7 +230,7 @@ class PressedMap:
         mean_gap = self.hard.mean_gap + float(distance.mean()) - linear.hard.mean_gap
         grid = self.problem.grid
         return MapThreshold(
-            work=one.work * scale, low=one.low * scale, high=one.high * scale, source=ThresholdSource.STATE,
+            work=one.work * scale, low=one.low * scale, high=one.high * scale, source=Basis.STATE,
             range=self.interface.range, why=one.why, dmt=self._more(reach) * found.dmt * scale, chi=found.chi,
             muller=self._tabor(one.work, reach), patches=self._patches(found.patches), area_rep=found.area_rep,
             area_att=float(np.mean(distance < wall.range)) - found.area_rep,

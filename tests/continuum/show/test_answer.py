@@ -25,7 +25,7 @@ from continuum.show.prediction_figures import overview
 from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.probe import ProbePullOff
-from continuum.sticky.threshold import RANGES, CurvePoint, MapThreshold, Source
+from continuum.sticky.threshold import RANGES, Basis, MapThreshold, RangePoint
 from continuum.topography import faults
 from continuum.topography.faults import MapFault
 from continuum.topography.map import Topography
@@ -44,10 +44,10 @@ PREDICTED = prediction_of([surface()], INTERFACE)
 SOLVED = PREDICTED.solved()
 
 
-def known(work: float, low: float, high: float, source: Source = Source.STATE, **more: object) -> MapThreshold:
+def known(work: float, low: float, high: float, source: Basis = Basis.STATE, **more: object) -> MapThreshold:
     """A threshold in units of the given work of adhesion, alike at all ranges."""
     w = INTERFACE.work_of_adhesion
-    curve = tuple(CurvePoint(reach, work * w, low * w, high * w) for reach in RANGES)
+    curve = tuple(RangePoint(reach, work * w, low * w, high * w) for reach in RANGES)
     grid = Grid.square(32)
     given: dict[str, object] = {
         "work": work * w, "low": low * w, "high": high * w, "source": source, "range": 0.5 * NANO, "curve": curve,
@@ -89,7 +89,7 @@ def test_a_change_that_is_said_changes_the_answer(power: float, share: float) ->
     """Under w_c = c range^-power, range and heights at which w_c is w are known: s^(2 + power) = w/w_c."""
     reach = 0.5 * NANO
     curve = [(one, (one / reach) ** -power) for one in np.geomspace(1e-11, 1e-7, 400)]
-    threshold = known(1.0, 0.9, 1.1, curve=tuple(CurvePoint(one, w, w, w) for one, w in curve))
+    threshold = known(1.0, 0.9, 1.1, curve=tuple(RangePoint(one, w, w, w) for one, w in curve))
     there, heights = _range_and_heights(replace(threshold, work=1.0), share, reach)
     assert heights == pytest.approx(share ** (1 / (2 + power)), rel=1e-6)
     expected = reach * share ** (-1 / power)
@@ -137,9 +137,9 @@ KINDS: dict[str, Callable[[], Prediction]] = {
         threshold_as_measured=SOLVED.threshold,
         findings=(replace(SOLVED.findings[0], faults=EVERY_FAULT),),
     ),
-    "search": lambda: with_threshold(1.0, 0.99, 1.02, source=Source.SEARCH),
-    "bounds": lambda: with_threshold(1.0, 0.0, np.inf, source=Source.BOUNDS, why=("a reason",), curve=()),
-    "no number": lambda: with_threshold(np.nan, 0.0, np.inf, source=Source.BOUNDS, why=("a reason",), curve=()),
+    "search": lambda: with_threshold(1.0, 0.99, 1.02, source=Basis.SEARCH),
+    "bounds": lambda: with_threshold(1.0, 0.0, np.inf, source=Basis.BOUNDS, why=("a reason",), curve=()),
+    "no number": lambda: with_threshold(np.nan, 0.0, np.inf, source=Basis.BOUNDS, why=("a reason",), curve=()),
 }
 
 
