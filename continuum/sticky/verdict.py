@@ -47,17 +47,14 @@ def verdict_of(prediction: Prediction) -> Verdict:
     if found is None:
         return Verdict("undecided", None, "the map was not solved")
     factor = work / found.work if found.work > 0 else None
+    if impossible := [f"{one.text}: {one.excludes}" for one in prediction.excluding if one.kind != NOT_GAUSSIAN]:
+        return Verdict("undecided", factor, impossible[0])
     sticky = found.sticky(work)
     if sticky is None:
         between = f"w = {_per_area(work)} lies between {_per_area(found.low)} and {_per_area(found.high)}"
         return Verdict("undecided", factor, "; ".join((between, *found.why)))
     why = next((text for leaves_open in _OPEN for text in leaves_open(prediction, sticky)), None)
     return Verdict(ANSWERS[sticky], factor) if why is None else Verdict("undecided", factor, why)
-
-
-def _impossible(prediction: Prediction, sticky: bool) -> Iterator[str]:
-    """A size that no map has."""
-    yield from (fault.text for fault in prediction.excluding if fault.kind != NOT_GAUSSIAN)
 
 
 def _steep(prediction: Prediction, sticky: bool) -> Iterator[str]:
@@ -99,7 +96,7 @@ def _unmeasured(prediction: Prediction, sticky: bool) -> Iterator[str]:
     )
 
 
-_OPEN: tuple[Callable[[Prediction, bool], Iterator[str]], ...] = (_impossible, _mended, _hopeless, _steep, _unmeasured)
+_OPEN: tuple[Callable[[Prediction, bool], Iterator[str]], ...] = (_mended, _hopeless, _steep, _unmeasured)
 """What leaves an answer open, the gravest first."""
 
 

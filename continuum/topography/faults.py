@@ -328,8 +328,8 @@ def _impossible_fit(topography: Topography, waves: SpectrumFindings) -> MapFault
 
 def _not_gaussian(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     found = summits_of(topography).unlike_gaussian
-    text = f"{', '.join(found)}: theories, and their record, are of Gaussian surfaces"
-    return MapFault(NOT_GAUSSIAN, text, excludes="the solver decides (--solve)") if found else None
+    text = f"{', '.join(found)}: theories of roughness are of Gaussian surfaces"
+    return MapFault(NOT_GAUSSIAN, text, excludes="the contact decides, as it is pressed") if found else None
 
 
 def _equal_neighbours(heights: Real) -> float:

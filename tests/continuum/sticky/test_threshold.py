@@ -18,7 +18,7 @@ from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import UnresolvedError
 from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.search import WIDTH, find_threshold, search_threshold
-from continuum.sticky.threshold import BEYOND, PressedMap, ThresholdSource, bounds, press_map
+from continuum.sticky.threshold import BEYOND, Basis, PressedMap, bounds, press_map
 from continuum.sticky.verdict import WIDE, unmeasured_shift
 from continuum.theory.rough import turning_share
 from continuum.topography.map import Topography, mirror
@@ -45,7 +45,7 @@ def test_one_state_tells_what_a_search_finds(kind: str) -> None:
     topography = textured(kind)
     pressed = press_map(topography, Interface(1.0, 1.0, float(topography.heights.std()), None))
     found = pressed.threshold()
-    assert found.source is ThresholdSource.STATE
+    assert found.source is Basis.STATE
     assert found.why == ()
     assert found.low < found.work < found.high < 1.2 * found.low
     searched = search_threshold(pressed, found)
@@ -123,15 +123,15 @@ def test_beyond_its_range_the_interval_is_wide_and_a_search_decides() -> None:
     assert any("patches touch, fewer than 10" in text for text in found.why)
     assert found.high / found.low > 2
     for work, source in (
-        (found.work, ThresholdSource.SEARCH),
-        (found.low / 2, ThresholdSource.STATE),
-        (found.high * 2, ThresholdSource.STATE),
+        (found.work, Basis.SEARCH),
+        (found.low / 2, Basis.STATE),
+        (found.high * 2, Basis.STATE),
     ):
         contact = Interface(1.0, work, RANGE, None)
         assert find_threshold(topography, contact, rough(topography, contact)).source is source
     contact = Interface(1.0, found.low / 2, RANGE, None)
     asked = find_threshold(topography, contact, rough(topography, contact), search=True)
-    assert asked.source is ThresholdSource.SEARCH
+    assert asked.source is Basis.SEARCH
     assert found.low < asked.work < found.high
 
 
@@ -164,7 +164,7 @@ def test_where_no_search_ends_there_are_bounds_and_their_reason(
     work = press_map(topography, Interface(1.0, 1.0, RANGE, None)).threshold().work
     found = prediction_of([topography], Interface(1.0, work, RANGE, None)).solved()
     assert found.threshold is not None
-    assert found.threshold.source is ThresholdSource.BOUNDS
+    assert found.threshold.source is Basis.BOUNDS
     assert found.verdict.answer == "undecided"
     assert str(error) in found.verdict.why
     monkeypatch.setattr("continuum.sticky.search.SHORT", 0.0)
@@ -184,7 +184,7 @@ def test_where_there_is_no_map_the_law_of_the_spectrum_has_bounds() -> None:
     line = c.predict(np.random.default_rng(1).normal(size=128).cumsum(), size="1um", unit="nm", material="mica")
     found = line.threshold
     assert found is not None
-    assert found.source is ThresholdSource.BOUNDS
+    assert found.source is Basis.BOUNDS
     assert "not a map" in found.why[0]
     contact = rough(surface(), Interface(1.0, 0.01, RANGE, None))
     tested, short = bounds(contact, ""), bounds(replace(contact, range=1e-3 * contact.rms_height), "")
