@@ -10,6 +10,7 @@ from continuum.show.prediction_data import remedy_options
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.threshold import Basis, MapThreshold
+from continuum.topography.faults import NOT_GAUSSIAN
 
 length = partial(units.readable, quantity="length", digits=3)
 pressure = partial(units.readable, quantity="pressure", digits=3)
@@ -87,7 +88,8 @@ def _change(prediction: Prediction, threshold: MapThreshold) -> str:
     if reach is not None:
         alone.append(f"a range {'above' if reach > contact.range else 'below'} {length(reach)}")
     alone.append(f"heights and slopes {times(heights)} times as large")
-    return f"It would {'not ' if answer == 'sticky' else ''}be sticky with {', '.join(alone[:-1])}, or {alone[-1]}"
+    it = "By the estimate it" if threshold.high > WIDE**2 * threshold.low else "It"
+    return f"{it} would {'not ' if answer == 'sticky' else ''}be sticky with {', '.join(alone[:-1])}, or {alone[-1]}"
 
 
 def _range_and_heights(threshold: MapThreshold, work: float, reach: float) -> tuple[float | None, float]:
@@ -120,12 +122,20 @@ def times(ratio: float) -> str:
 
 
 def _faults(prediction: Prediction) -> str:
-    """The first fault in full, the others by name, what corrects them, and the threshold with them."""
-    if not prediction.faults:
+    """The first fault in full, the others by name, what corrects them, and the threshold with them.
+
+    What only theories cannot judge, as heights that are not Gaussian, is no fault of a map that is pressed.
+    """
+    told = [
+        one
+        for one in prediction.faults
+        if one.remedy or one.of_the_heights or (one.excludes and one.kind != NOT_GAUSSIAN)
+    ]
+    if not told:
         return ""
-    first, *others = prediction.faults
+    first, *others = told
     found = first.text + "".join(f"; {kind}" for kind in dict.fromkeys(fault.kind for fault in others))
-    remedies = " ".join(dict.fromkeys(remedy_options(fault) for fault in prediction.faults if fault.remedy))
+    remedies = " ".join(dict.fromkeys(remedy_options(fault) for fault in told if fault.remedy))
     measured = prediction.threshold_as_measured
     correct = f": correct with {remedies}" if remedies else ""
     return f"Faulty map: {found}{correct}" + (f"; as measured w_c = {per_area(measured.work)}" if measured else "")

@@ -27,7 +27,7 @@ from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.threshold import RANGES, Basis, MapThreshold, RangePoint
 from continuum.topography import faults
-from continuum.topography.faults import MapFault
+from continuum.topography.faults import NOT_GAUSSIAN, MapFault
 from continuum.topography.map import Topography
 
 NANO = 1e-9
@@ -173,6 +173,8 @@ def test_every_artefact_that_is_looked_for_is_one_name_in_one_line() -> None:
     assert len(EVERY_FAULT) > 8
     (said,) = [line for line in statements(KINDS["every fault"]()) if line.startswith("Faulty map")]
     assert said.count("fault ") == len(EVERY_FAULT)
+    only = replace(SOLVED.findings[0], faults=(MapFault(NOT_GAUSSIAN, "a text", excludes="what to do"),))
+    assert not any("a text" in line for line in statements(replace(SOLVED, findings=(only,))))
     assert said.count("--fill 5%") == 1
 
 

@@ -36,7 +36,7 @@ MENDABLE = ("line noise", "outlier lines", "scars", "spikes", "bow", "tilt", "no
 
 
 INTERFACE = Interface(1e9, 0.05, 1e-9, None)
-QUICK = ("scars", "bow", "noise")
+QUICK = ("scars",)
 MEASURED = tuple(kind for kind in FAULTS if kind not in ("slope", "pixel"))
 """Faults with which the surface is still that of the clean map."""
 BESIDE = {"tip": ["non-Gaussian heights"], "grooves": ["non-Gaussian heights", "noise"], "height steps": ["noise"]}
@@ -86,8 +86,12 @@ def by_default(kind: str) -> tuple[Prediction, frozenset[faults.Artefact]]:
 def test_a_prediction_names_each_fault_by_default(kind: str) -> None:
     found, _ = by_default(kind)
     assert kind in [fault.kind for fault in found.faults]
-    assert f"Faulty map: {found.faults[0].text}" in found.sentence
-    assert all(fault.kind in found.sentence for fault in found.faults[1:])
+    # What makes the heights others than those of the surface is said; the tables have what only theories cannot judge.
+    told = [one for one in found.faults if one.remedy or one.of_the_heights]
+    assert all(any(text in found.sentence for text in (one.kind, one.text)) for one in told)
+    assert ("Faulty map: " in found.sentence) is bool(told) or kind in ("slope", "pixel")
+    table = found.sheets()[0].text()
+    assert all(one.text in table for one in found.faults)
 
 
 @pytest.mark.parametrize("artefact", [one for stage in (*LEVELLING, *ROUGHENING) for one in stage])
@@ -157,7 +161,6 @@ def test_a_fault_is_found_and_the_verdict_is_that_of_the_clean_map_or_none(kind:
         verdict = other.verdict
         assert verdict.answer in ("sticky" if work > right.work else "not sticky", "undecided")
         assert verdict.answer != "undecided" or verdict.why
-        assert "Faulty map: " in other.sentence
     if kind in MENDABLE:
         assert 1 / BAND < found.threshold.work / right.work < BAND
 
