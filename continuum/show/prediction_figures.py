@@ -132,7 +132,8 @@ def _draw_curve(axis: Axes, prediction: Prediction, threshold: MapThreshold) -> 
         axis.fill_between(1e9 * ranges, low, high, color=plot.SERIES[0], alpha=0.25, linewidth=0, label="undecided")
     else:
         axis.vlines(1e9 * ranges, low, high, color=plot.SERIES[0], alpha=0.5, linewidth=5, label="undecided")
-    axis.loglog(1e9 * ranges, 1e3 * work, color=plot.SERIES[0], label="threshold $w_c$")
+    style = "-" if len(points) > 1 else "o"
+    axis.loglog(1e9 * ranges, 1e3 * work, style, color=plot.SERIES[0], label="threshold $w_c$")
     here = f"this contact: {prediction.verdict.answer}"
     axis.loglog(
         1e9 * contact.range, 1e3 * contact.work_of_adhesion, "*", color=plot.SERIES[5], markersize=9, label=here
