@@ -37,6 +37,7 @@ from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import CORE_STIFFNESS, SolvedMap, shortest_range, solver_doubts, wall_of_map, wall_on
 from continuum.theory.rough import generalised_tabor, turning_share
 from continuum.topography.map import Topography
+from continuum.topography.roughness import stencil_moments
 
 FINEST, LINEAR = 2048**2, 512**2
 """Points that are pressed, and of which linear solves are made, at most: a pair of transforms takes .15 and .01 CPU s
@@ -112,6 +113,8 @@ class MapThreshold(SolvedMap):
     """Whether the load jumps over zero at the threshold, as the surface snaps; known to a search only."""
     solves: int = 0
     """Trial states of a search."""
+    left_out: float = 0.0
+    """Wavelength below which waves of the map are left out; 0 where none is."""
     curve: tuple[RangePoint, ...] = ()
     """The threshold against the range, from the same state."""
     state: PressedState | None = field(default=None, repr=False)
@@ -235,8 +238,9 @@ class PressedMap:
             muller=self._tabor(one.work, reach), patches=self._patches(found.patches), area_rep=found.area_rep,
             area_att=float(np.mean(distance < wall.range)) - found.area_rep,
             mean_gap=mean_gap + wall.zero_gap + one.work * found.withdrawal, curve=tuple(self._curve(scale)),
+            left_out=self.left_out,
             gap=(self.hard.gap if finer else distance) + wall.zero_gap, wall=wall, grid=grid,
-            map=self._own_points(grid), warnings=tuple(self._doubts()), state=linear.state,
+            map=self._own_points(grid), warnings=tuple(self._doubts(one.work)), state=linear.state,
         )  # fmt: skip
 
     def _own_points(self, grid: Grid) -> Grid:
@@ -253,7 +257,9 @@ class PressedMap:
 
     @cached_property
     def _curvature(self) -> float:
-        return moments(self.problem.grid, self.problem.heights).rms_curvature
+        """H'' of the map, from neighbouring points: mirror images would add their kinks."""
+        own = self.topography
+        return stencil_moments(own.grid, own.heights, own.periodic).rms_curvature * self.unit
 
     @cached_property
     def energy(self) -> float:
@@ -300,7 +306,7 @@ class PressedMap:
             found = self._interval(reach / self.unit)
             yield RangePoint(reach, found.work * scale, found.low * scale, found.high * scale)
 
-    def _doubts(self) -> Iterator[str]:
+    def _doubts(self, work: float) -> Iterator[str]:
         """Remarks about the state."""
         if self.left_out:
             yield (
@@ -310,7 +316,7 @@ class PressedMap:
         if self.linear.hard is not self.hard:
             shape = " x ".join(map(str, self.linear.problem.grid.shape))
             yield f"w_c over w_DMT, where adhesion deforms nothing, is that of the map on {shape} points"
-        law = replace(self.problem, wall=self.linear.wall(self.interface.range / self.unit))
+        law = replace(self.problem, wall=self.linear.wall(self.interface.range / self.unit, work))
         yield from solver_doubts(law, self.slope, self.topography, "the pixel")
 
 

@@ -8,7 +8,7 @@ which the theory of small slopes does not hold.  Theories of roughness take no p
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -85,15 +85,17 @@ def _hopeless(prediction: Prediction, sticky: bool) -> Iterator[str]:
 
 
 def _unmeasured(prediction: Prediction, sticky: bool) -> Iterator[str]:
-    """Waves that were not measured, if they change the answer."""
-    waves = (prediction.mended or prediction).continuation
-    shift = unmeasured_shift(prediction)
-    if waves is None or shift is None or _holds(prediction, sticky, shift if sticky else 1 / shift):
+    """Waves that were not measured, or not pressed, if they change the answer."""
+    waves, shift = (prediction.mended or prediction).continuation, unmeasured_shift(prediction)
+    if prediction.threshold is None or shift is None or _holds(prediction, sticky, shift if sticky else 1 / shift):
         return
-    yield (
-        f"waves below {_length(waves.measured)} were not measured, and with the spectrum continued to "
-        f"{_length(waves.smallest)} the threshold is {shift:.2g} times as large: measure them"
-    )
+    missing = f"waves below {_length(prediction.threshold.left_out)} were left out, and with them"
+    if waves is not None:
+        missing = (
+            f"waves below {_length(waves.measured)} were not measured, and with the spectrum continued to "
+            f"{_length(waves.smallest)}"
+        )
+    yield f"{missing} the threshold is {shift:.2g} times as large{': measure them' if waves is not None else ''}"
 
 
 _OPEN: tuple[Callable[[Prediction, bool], Iterator[str]], ...] = (_mended, _hopeless, _steep, _unmeasured)
@@ -108,15 +110,20 @@ def _holds(prediction: Prediction, sticky: bool, factor: float) -> bool:
 
 
 def unmeasured_shift(prediction: Prediction) -> float | None:
-    """Factor by which waves that were not measured change the threshold, by the law of the spectrum.
+    """Factor by which waves that were not measured, or left out, change the threshold, by the law of the spectrum.
 
     None where nothing is missing, or nothing is known of it.
     """
     corrected = prediction.mended or prediction
-    if corrected.continuation is None:
-        return None
-    known, whole = corrected.contact, corrected.continuation.contact(corrected.contact)
-    if known.conformal_energy is None or whole.conformal_energy is None:
+    left_out = 0.0 if prediction.threshold is None else prediction.threshold.left_out
+    whole = known = corrected.contact
+    if corrected.continuation is not None:
+        whole = corrected.continuation.contact(known)
+    if left_out:
+        cut = corrected.roughness.cut(left_out)
+        energy = cut.conformal_energy * known.contact_modulus
+        known = replace(known, rms_height=cut.moments.rms_height, conformal_energy=energy)
+    if whole is known or known.conformal_energy is None or whole.conformal_energy is None:
         return None
     shares = [turning_share(one.range / one.rms_height) for one in (known, whole)]
     return whole.conformal_energy * shares[1] / (known.conformal_energy * shares[0])
