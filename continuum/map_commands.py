@@ -2,6 +2,7 @@
 
 import inspect
 import os
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,11 +16,12 @@ from continuum.front import predict as predictions
 from continuum.front import study as studies
 from continuum.options import as_options, like
 from continuum.show.answer import statements
-from continuum.show.console import show, tell
+from continuum.show.console import show, tell, verbose, warn
 from continuum.show.prediction_data import as_csv
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.tables import OPTIONS, InterfaceTable, TopographyTable
+from continuum.sticky.threshold import Basis
 from continuum.tables import explained
 from continuum.topography.instruments import measurements
 from continuum.topography.map import TopographyError
@@ -61,29 +63,33 @@ def predict(
         raise InputError("--pattern applies to the files of a folder, and no folder is given")
     if csv is not None:
         return _predict_each(maps, csv, solve, threads, given)
+    began = time.monotonic()
+    tell(f"reading {', '.join(map(str, maps))}")
     found = _predicted(maps, given)
     # Checked before hours of work, but after the input.
     files.folder(output)
     for path in filter(None, [json]):
         files.distinct(path, maps)
         files.folder(path.parent)
-    found = predictions.solved(found, solve, threads, tell)
+    found = found.solved(threads, solve, tell)
+    tell(f"solved in {time.monotonic() - began:.2g} s")
     for line in statements(found):
         print(f"{line}.")
-    for doubt in found.doubts:
-        print(f"warning: {doubt}")
-    for sheet in reading_order(found.sheets()):
-        show(sheet)
-    for path in found.write(output, "-".join([*(path.stem for path in maps), "predict"])):
-        print(path)
+    if verbose():
+        warn(found.doubts)
+        for sheet in reading_order(found.sheets()):
+            show(sheet)
+    page, *_ = found.write(output, "-".join([*(path.stem for path in maps), "predict"]))
+    print(f"Figures, tables and {len(found.doubts)} remarks: {page}")
     if json is not None:
         print(files.save(json, found.json()))
-    return NOT_CONVERGED if solve and found.unsolved else OK
+    missed = solve and found.threshold is not None and found.threshold.source is not Basis.SEARCH
+    return NOT_CONVERGED if missed else OK
 
 
 def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> Prediction:
     try:
-        return predictions.predict(*maps, **given, solve=False)
+        return predictions.unsolved(maps, given)
     except (TopographyError, InterfaceError) as error:
         known = inspect.signature(predictions.predict).parameters
         raise type(error)(as_options(str(error), known)) from error
@@ -92,7 +98,7 @@ def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> Prediction:
 def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: int, given: dict[str, Any]) -> int:
     """Write a table: each file is a contact of its own, and one that cannot be used has the reason in its row.
 
-    Contacts are solved only if that is asked for.
+    Thresholds are searched for only if that is asked for.
     """
     if given.get("join"):
         raise TopographyError(
@@ -104,7 +110,7 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
         named = {"map": str(path)} if part is None else {"map": str(path), "part": part}
         try:
             found = _predicted([path], given if part is None else given | {"part": [part]})
-            found = predictions.solved(found, bool(solve), threads)
+            found = found.solved(threads, bool(solve))
         except InterfaceError:
             raise  # the same for all
         except InputError as error:

@@ -36,15 +36,26 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def png_only() -> Iterator[None]:
-    """Figures are saved as PNG only, in a third of the time; with `written_as(["png", "pdf"])` as users get them.
+def small_png() -> Iterator[None]:
+    """Figures are saved as PNG only, with a fourth of the pixels a side, in a tenth of the time.
 
-    Of the session, so that fixtures of modules save such figures, too.
+    `written_as(["png", "pdf"])` gives the formats, and `print_quality` the pixels that users get.  Of the session, so
+    that fixtures of modules save such figures, too.
     """
-    from continuum.show.plot import written_as
+    from continuum.show.plot import STYLE, written_as
 
-    with written_as(["png"]):
+    with written_as(["png"]), pytest.MonkeyPatch.context() as patch:
+        patch.setitem(STYLE, "savefig.dpi", STYLE["savefig.dpi"] / 4)
         yield
+
+
+@pytest.fixture
+def print_quality(monkeypatch: pytest.MonkeyPatch) -> float:
+    """Figures have the pixels per inch of print: for tests of pixels."""
+    from continuum.show.plot import STYLE
+
+    monkeypatch.setitem(STYLE, "savefig.dpi", 300.0)
+    return 300.0
 
 
 @pytest.fixture

@@ -28,7 +28,6 @@ from continuum.model.grid import Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.runs import cost
-from continuum.sticky.record import recorded
 from continuum.tables import LARGEST_N
 from tests.studies.map_of_the_tutorial import HEAD, MAP, heights
 
@@ -167,13 +166,11 @@ def test_the_glossary_has_the_mean_diameter_of_the_paper() -> None:
 
 
 def test_the_numbers_of_the_limits_are_those_of_the_code() -> None:
-    surfaces = {(s.contact.rms_height, s.contact.rms_curvature, s.contact.roll_off) for s in recorded()}
     for said in (
         f"slopes above {SMALL_SLOPE:g} (a warning), above {LARGEST_SLOPE:g} (refused)",
         f"waves of fewer than {POINTS} points",
         f"{LARGEST_N} points along a side",
         f"estimates assume {cost._MEMORY['law']} and {cost._MEMORY['hard']}",
-        f"{len(recorded())} contacts of {len(surfaces)} surfaces",
     ):
         assert said in PAGES["docs/limits.md"], said
 
@@ -208,7 +205,7 @@ TOLD_AT_LENGTH = {
     "docs/tutorials/sweep.md": Told({}, ("results/many/table.csv", "results/many/figure3.png", "load.png")),
     "docs/tutorials/deck.md": Told({}, ("results/deck.h5", "deck/in.contact")),
     "docs/tutorials/map.md": Told(
-        {}, tuple(f"results/wafer-predict{name}" for name in (".html", "-faults.png", "-contact.png"))
+        {}, tuple(f"results/wafer-predict{name}" for name in (".html", ".png", "-faults.png"))
     ),
 }
 
@@ -258,6 +255,17 @@ def follow(page: str, told: Told, folder: Path) -> None:
     assert not unused, "the page says something else by now"
     for name in told.leaves:
         assert (folder / name).stat().st_size > 500, name
+
+
+def test_the_page_of_predictions_is_a_manual_not_a_logbook() -> None:
+    """What was measured is in the studies; the answer that it shows is that of the README and of the tutorial."""
+    assert len(PAGES["docs/predict.md"].split()) <= 1500
+    (answer,) = (code for language, code in blocks("docs/predict.md") if language == "text")
+    assert len(answer.splitlines()) <= 10
+    for page in ("README.md", "docs/tutorials/map.md"):
+        shown = [code.splitlines() for language, code in blocks(page) if language == "text" and "Sticky: " in code]
+        assert shown, page
+        assert set(shown[0]) <= set(answer.splitlines()), page
 
 
 def test_the_code_of_every_page_that_shows_some_to_follow_is_run() -> None:

@@ -43,8 +43,8 @@ class OpenedMap:
     folder: Path
 
     def predict(self, asked: Mapping[str, str]) -> Prediction:
-        """The prediction for a form, without the solver; raises InputError about its fields."""
-        return of_maps([self.path], arguments(asked))
+        """The prediction for a form, without a search; raises InputError about its fields."""
+        return of_maps([self.path], arguments(asked)).solved(search=False)
 
     def mending(self, asked: Mapping[str, str], found: Prediction) -> bytes:
         """A picture (PNG) of the measured map with holes filled, and of the map that is judged.
@@ -101,7 +101,6 @@ def answer(found: Prediction) -> dict[str, Any]:
         "statements": [f"{line}." for line in statements(found)],
         "doubts": list(found.doubts),
         "values": {name: text.replace(" ", "").replace("²", "2") for name, text in shown.items()},
-        "too_much": found.too_much,
     }
 
 

@@ -1,9 +1,7 @@
 """Predict whether a contact of one or two measured topographies is sticky."""
 
 import inspect
-import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, get_args
@@ -13,7 +11,6 @@ from numpy.typing import ArrayLike
 from continuum.arguments import choice, count, file_name, flag
 from continuum.files.inputs import load
 from continuum.files.toml import find
-from continuum.show.answer import solving
 from continuum.solve.solution import MOST_THREADS
 from continuum.sticky.materials import InterfaceError, read_interface
 from continuum.sticky.prediction import Prediction, prediction_of
@@ -55,7 +52,7 @@ def predict(
     solve: bool | None = None,
     threads: int = 1,
 ) -> Prediction:
-    """Predict whether a measured surface is sticky: by solving its contact, and by every criterion.
+    """Predict whether a measured surface is sticky, from its contact without adhesion, and by every theory.
 
     Every quantity is a text with its unit, as ``"50mJ/m2"``.
 
@@ -70,9 +67,8 @@ def predict(
         both, or one for each, where ``"-"`` leaves it to the file.
     material, modulus, poisson, contact_modulus, work, range, spacing, probe, coating : see
         :class:`continuum.sticky.tables.InterfaceTable`.
-    solve : whether to solve the contact of the map: for the work of adhesion above which it is sticky (the turn), and
-        for the state at the given work.  By default only the turn is solved, for maps of at most 512 x 512 points, and
-        given up if it takes ten times as long as on most maps.
+    solve : whether to search for the threshold with adhesion, after the state without adhesion that estimates it.  By
+        default only where that does not decide, and about a minute is expected to do; False never does.
     threads : threads of the solver.
 
     Raises
@@ -86,16 +82,26 @@ def predict(
     if solve is not None:
         flag("solve", solve)
     count("threads", threads, 1, MOST_THREADS)
+    return unsolved(maps, given).solved(threads, solve)
+
+
+def unsolved(maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]) -> Prediction:
+    """The prediction for maps or for an input, before anything is pressed.
+
+    Parameters
+    ----------
+    maps : see :func:`predict`.
+    given : arguments of :func:`predict` by name, of which those of the maps and of the interface are used.
+    """
     if len(maps) == 1 and isinstance(maps[0], str | Path) and str(maps[0]).endswith(".toml"):
         config = load(maps[0], PredictionInput)
         beside = {name: value for name, value in given.items() if not any(value is left for left in (None, (), False))}
-        maps, given = config.topography.maps, given | config.keys | beside
-    maps = tuple(find(file_name("maps", one)) if isinstance(one, str | Path) else one for one in maps)
-    return solved(of_maps(maps, given), solve, threads)
+        maps, given = config.topography.maps, {**given, **config.keys, **beside}
+    return of_maps([find(file_name("maps", one)) if isinstance(one, str | Path) else one for one in maps], given)
 
 
 def of_maps(maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]) -> Prediction:
-    """The prediction for maps, unsolved.
+    """The prediction for maps, before anything is pressed.
 
     Parameters
     ----------
@@ -118,23 +124,3 @@ def of_maps(maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]) ->
     tip_radius, shortest = (length_of(name, given.get(name)) for name in ("tip", "smallest"))
     maps_ready = [prepare(one, detrend, fill=limit, cutoff=cutoff) for one in read]
     return prediction_of(maps_ready, contact, shortest, tip_radius)
-
-
-def solved(
-    found: Prediction, solve: bool | None, threads: int, told: Callable[[str], None] = lambda text: None
-) -> Prediction:
-    """A prediction with the contact of its map solved as far as is asked for; see :func:`predict`.
-
-    Parameters
-    ----------
-    told : called with a text before each solution, and with the time that it took.
-    """
-    if solve is False:
-        return found
-    if solve is None and found.too_much:
-        return replace(found, unsolved=found.too_much)
-    told(solving(found, bool(solve)))
-    began = time.monotonic()
-    done = found.solved(threads, bool(solve), limited=not solve)
-    told(f"solved in {time.monotonic() - began:.2g} s" if not done.unsolved else f"not solved: {done.unsolved}")
-    return done

@@ -32,7 +32,8 @@ def study(
     pattern : pattern of the names without their ending, such as ``"{sample}-{spot}-{magnification}"``.
     without : a folder inside it that is left out.
     progress : called with each finished spot.
-    options : as in :func:`continuum.predict`, without join; the same for all spots, and solve is False by default.
+    options : as in :func:`continuum.predict`, without join; the same for all spots, and solve is False by default:
+        thresholds are not searched for.
 
     Raises
     ------
@@ -66,7 +67,7 @@ def _spot(sample: str, name: str, files: Sequence[Scan], options: dict[str, Any]
         same = "-" if not common else common if isinstance(common, str) else common[0]
         if any(key in scan.options for scan in files):
             told[key] = [scan.options.get(key, same) for scan in files]
-    told["solve"] = bool(told.get("solve")) and len(files) == 1  # what was joined is no map
+    told["solve"] = bool(told.get("solve"))
     paths = [scan.path for scan in files]
     names = tuple(path.name for path in paths)
     try:

@@ -31,13 +31,14 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from continuum.measure.contact import area_by_lines
 from continuum.measure.outline import patches, perimeter_map
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import HardWall, Wall
 from continuum.path.area import find_area
-from continuum.path.state import Search
+from continuum.path.state import PathState, Search
 from continuum.path.turn import WallOfWork
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
@@ -48,6 +49,8 @@ which they give up."""
 SHAPES, SAME = 6, 1e-3
 """Works at which the shape of a law is looked at before the threshold counts as not found, and how far two shapes may
 be apart, relative to the largest attraction: a hundredth of what the third order leaves open."""
+NOTHING_NEAR = -10.0
+"""Logarithm of the attraction over the load where no gap is within the range of a law."""
 EDGE = 1e-3
 """Smallest pressure by which the edge is weighed, in units of the mean pressure of the contact."""
 
@@ -67,11 +70,13 @@ class Threshold(NamedTuple):
     """Repulsive area of the state, as a fraction of A0."""
     patches: int
     """Connected patches of that area."""
+    withdrawal: float = np.nan
+    """D_A, the change of the mean gap per work of adhesion at this area."""
 
     @property
     def work(self) -> float:
         """The estimate: the geometric mean of both forms; NaN where there is only one."""
-        return float(np.sqrt(self.low * self.high)) if np.isfinite(self.high) else np.nan
+        return float(np.sqrt(self.low * self.high)) if self.low > 0 and np.isfinite(self.high) else np.nan
 
 
 class _Response(NamedTuple):
@@ -81,6 +86,8 @@ class _Response(NamedTuple):
     """c1."""
     second: float
     """c2."""
+    withdrawal: float
+    """D_A."""
 
     def threshold(self, load: float) -> tuple[float, float, float]:
         """Both forms of the threshold, and χ."""
@@ -188,7 +195,8 @@ class PressedState:
     def attraction(self, wall: Wall) -> tuple[Real, Real]:
         """τ and τ' of a law at the gaps, shape ``grid.shape``: per work of adhesion, in 1/a0 and 1/a0²."""
         law = wall.evaluate(wall.zero_gap + np.maximum(self.distance, 0.0))
-        apart, work = ~self.contact, wall.work_of_adhesion
+        # At a distance of zero, as the next point to touch has, the core has another slope than the attraction.
+        apart, work = ~self.contact & (self.distance > 0), wall.work_of_adhesion
         return np.where(apart, -law.traction / work, 0.0), np.where(apart, law.stiffness / work, 0.0)
 
     def _response(self, pull: Real, slope: Real) -> _Response:
@@ -198,7 +206,7 @@ class PressedState:
         same_load = mean(force * rise) / stiffness
         same_area = mean(self._edge * rise) / mean(self._edge * opens)
         first = -mean(pull) - (same_area - same_load) * stiffness
-        return _Response(first, -mean(slope * (same_area * opens - rise)))
+        return _Response(first, -mean(slope * (same_area * opens - rise)), same_area)
 
     def dmt(self, law_of: WallOfWork) -> float:
         """w_DMT, in E* a0: the root of N0 = w <τ>, as a law may change its range with its work; NaN without one."""
@@ -206,11 +214,34 @@ class PressedState:
         def excess(logarithm: float) -> float:
             work = float(np.exp(logarithm))
             pull = self.grid.mean(self.attraction(law_of(work))[0])
-            return float(np.log(pull * work / self.load)) if pull > 0 else -10.0
+            return float(np.log(pull * work / self.load)) if pull > 0 else NOTHING_NEAR
 
         start = float(np.log(self.load * float(self.distance.max())))
+        if excess(start) == NOTHING_NEAR == excess(start - NOTHING_NEAR):
+            return np.nan
         found = scipy.optimize.root_scalar(excess, x0=start, x1=start - excess(start), xtol=1e-6, maxiter=40)
         return float(np.exp(found.root)) if found.converged else np.nan
+
+    def deciding_heights(self, wall: Wall) -> Real:
+        """The derivative of w_DMT = N0/<τ> by every height at this area, shape ``grid.shape``, in E*.
+
+        It is positive where a greater height of the wall above the surface raises w_DMT, and its sum vanishes.  Of a
+        number whose change is <f dz> the derivative by the heights is (1 + φ'' G)^-1 f, one linear solve: of a core so
+        stiff it is found as a force on the contact, as f and what cancels it are large there.
+        """
+        inside, stiffness, opens, mean = self.contact, self.core.stiffness, self.opening, self.grid.mean
+
+        def by_heights(f: Real) -> Real:
+            apart = np.where(inside, 0.0, f)
+            x = self.core.response(np.where(inside, f / stiffness, 0.0) - self.core.compliance(apart))
+            return np.where(inside, stiffness * x, apart)
+
+        edge = area_by_lines(self.distance)[1] * self.grid.size
+        area = by_heights(edge) / mean(edge * opens)
+        pull, slope = self.attraction(wall)
+        by_load, by_tension = (one - mean(one) * area for one in (-stiffness * inside * opens, by_heights(slope)))
+        found: Real = (by_load - self.load / mean(pull) * by_tension) / (mean(pull) * self.grid.size)
+        return found
 
     def threshold(self, law_of: WallOfWork) -> Threshold:
         """Where the load at this area vanishes under a law, whose shape is that of the work found.
@@ -218,7 +249,7 @@ class PressedState:
         Two linear solves with the Hessian, one of which serves all laws; more where the shape changes with the work.
         """
         work = dmt = self.dmt(law_of) if self.load > 0 else np.nan
-        low, high, chi = np.nan, np.nan, np.nan
+        low, high, chi, withdrawal = np.nan, np.nan, np.nan, np.nan
         last: tuple[Real, _Response] | None = None
         for _ in range(SHAPES if np.isfinite(dmt) else 0):
             pull, slope = self.attraction(law_of(work))
@@ -227,12 +258,13 @@ class PressedState:
             response = self._response(pull, slope)
             last = pull, response
             low, high, chi = response.threshold(self.load)
-            work = low if np.isinf(high) else float(np.sqrt(low * high))
-            if not np.isfinite(work):
+            withdrawal = response.withdrawal
+            work = low if np.isinf(high) else float(np.sqrt(max(low * high, 0.0)))
+            if not work > 0:
                 break
         else:
             low, high, chi = np.nan, np.nan, np.nan
-        return Threshold(low, high, dmt, chi, self.area_rep, self.patches)
+        return Threshold(low, high, dmt, chi, self.area_rep, self.patches, withdrawal)
 
 
 def core_stiffness(wall: Wall) -> float:
@@ -265,11 +297,15 @@ def press_without_adhesion(
     NotConvergedError
         If there is no such state, as between two sizes of a contact of few points.
     """
-    grid = problem.grid
-    solver = solver or Solver(grid, problem.stiffness_q, settings.threads, settings.device)
     hard = replace(problem, wall=HardWall())
-    found = find_area(hard, area, settings, search or Search(), (), "start", solver).require()
-    core = _Core(grid, problem.stiffness_q, core_stiffness, hard.wall.touches(found.gap))
+    solver = solver or Solver(problem.grid, problem.stiffness_q, settings.threads, settings.device)
+    return on_core(hard, find_area(hard, area, settings, search or Search(), (), "start", solver), core_stiffness)
+
+
+def on_core(problem: ContactProblem, hard: PathState, core_stiffness: float) -> PressedState:
+    """The state on a core at the area of one under a hard wall, by one step of Newton's method."""
+    found, grid = hard.require(), problem.grid
+    core = _Core(grid, problem.stiffness_q, core_stiffness, problem.wall.touches(found.gap))
     level = core.response(problem.heights, -found.traction / core_stiffness)
     opens = core.response(np.ones(grid.shape))
     # As many points touch as under the hard wall.

@@ -154,6 +154,7 @@ def find_turn(
     search: Search,
     width: float,
     solver: Solver | None = None,
+    first: tuple[float, float] | None = None,
 ) -> tuple[ContactProblem, PathState]:
     """The state at a given area whose load is nearest to zero, and its contact, with the law of that work of adhesion.
 
@@ -164,6 +165,7 @@ def find_turn(
     area : repulsive area, as a fraction of A0.
     settings, search : of each state.
     width : of the bracket of the turn, relative to it.
+    first : mean gap and work of adhesion of an estimate, as of a state without adhesion; coarser grids are left out.
 
     Returns
     -------
@@ -173,10 +175,10 @@ def find_turn(
     """
     solver = solver or solver_of(problem, settings)
     bracket = _Bracket(float(np.log1p(width)), problem.grid.size)
-    first = first_work(problem)
-    most = _resolved(wall_of(first), problem, LEAST_RESOLVED)
+    work = first_work(problem) if first is None else first[1]
+    most = _resolved(wall_of(work), problem, LEAST_RESOLVED)
     place = _Place(problem, wall_of, area, settings, search, solver, bracket, most)
-    together = place.together(*place.coarsely(first))
+    together = place.together(*(place.coarsely(work) if first is None else first))
     if bracket.closed:
         return _found(bracket, area)
     if bracket.below is not None and place.none_below(bracket.below):

@@ -166,6 +166,11 @@ def tell(text: str) -> None:
         sys.stderr.flush()
 
 
+def verbose() -> bool:
+    """Whether everything is to be printed that is known."""
+    return _voice.get() == "verbose"
+
+
 def clear() -> None:
     """Clear the terminal, if there is one."""
     if _console.is_terminal:

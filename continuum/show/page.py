@@ -25,7 +25,8 @@ img { max-width: 100%; height: auto; }
 pre { font-size: 12px; background: #f6f6f6; padding: 1em; overflow-x: auto; }
 p.verdict { font-size: 1.1rem; padding: 0.6rem 0.9rem; background: #eef3f7; }
 p.note, figcaption { font-size: 13px; color: #555; white-space: pre-line; }
-figure { margin: 1rem 0; }
+figure { margin: 1rem 0; overflow-x: auto; }
+@media (max-width: 40rem) { figure img { max-width: none; width: 44rem; } }
 footer { color: #666; font-size: 12px; margin-top: 2rem; }
 @media print {
   body { margin: 0; max-width: none; font-size: 10pt; } table { font-size: 8pt; }
@@ -49,6 +50,7 @@ class Page:
     listing : title and text of a verbatim part, such as an input.
     sources : references, at its foot.
     files : files beside the page with their descriptions, to which the page links.
+    answers : sentences that follow the verdict, one a line.
     """
 
     title: str
@@ -59,6 +61,7 @@ class Page:
     listing: tuple[str, str] | None = None
     sources: str = field(default="")
     files: Sequence[tuple[str, str]] = ()
+    answers: Sequence[str] = ()
 
     def html(self) -> str:
         """The page; figures are read now."""
@@ -75,6 +78,7 @@ class Page:
         yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
         yield f"<title>{title}</title><style>{_STYLE}</style></head><body>"
         yield f'<h1>{title}</h1>\n<p class="verdict">{html.escape(self.verdict)}</p>'
+        yield from (f"<p>{html.escape(text)}</p>" for text in self.answers)
         if self.warnings:
             items = "".join(f"<li>{html.escape(text)}</li>" for text in self.warnings)
             yield f"<h2>Warnings</h2><ul>{items}</ul>"

@@ -8,62 +8,59 @@ from typing import Any
 
 from continuum.show.sheet import Sheet
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.verdict import flattened, judge, unmeasured, votes
+from continuum.sticky.threshold import MapThreshold
+from continuum.topography.areal import areal_parameters
 from continuum.topography.faults import MapFault
 from continuum.topography.roughness import spectrum
 
+AREAL = {"Sq": "m", "Sa": "m", "Sz": "m", "Sdq": "", "Sdr": "", "Ssk": "", "Sku": ""}
+"""Columns of areal parameters (ISO 25178-2), with their units."""
+
 
 def row(prediction: Prediction) -> dict[str, str | float | None]:
-    """One row of a table: verdict, moments, contact, and the margin and record of each criterion."""
-    verdict, contact = judge(prediction), prediction.contact
+    """One row of a table: the answer, the threshold with its bounds, faults, roughness, and w over that of theories."""
+    verdict, contact = prediction.verdict, prediction.contact
+    measured = prediction.threshold_as_measured
     found: dict[str, str | float | None] = {
         "map": " on ".join(topography.source for topography in prediction.topographies),
         "verdict": verdict.answer,
-        "probability": verdict.probability,
+        "why": verdict.why,
+        "work_of_adhesion_J/m2": contact.work_of_adhesion,
+        "w/w_c": verdict.factor,
+        **_threshold(prediction.threshold),
+        "w_c as measured_J/m2": None if measured is None else measured.work,
         "faults": "; ".join(fault.kind for fault in prediction.faults),
         "rms_height_m": contact.rms_height,
         "rms_slope": contact.rms_slope,
         "rms_curvature_1/m": contact.rms_curvature,
+        **areal(prediction),
         "contact_modulus_Pa": contact.contact_modulus,
-        "work_of_adhesion_J/m2": contact.work_of_adhesion,
         "range_m": contact.range,
     }
     if (waves := prediction.continuation) is not None:
-        beyond = unmeasured(prediction)
         found |= {"not measured below_m": waves.measured, "continued to_m": waves.smallest}
-        found["verdict, continued"] = None if beyond is None else beyond.verdict.answer
-    inside = ranges(prediction)
-    for vote in votes(contact):
-        name = vote.estimate.name
-        found[f"{name}: margin"] = vote.estimate.margin
-        found[f"{name}: in its range"] = "yes" if inside[vote.estimate.key].startswith("yes") else "no"
-        if vote.support is not None:
-            found[f"{name}: probability"] = vote.support.probability
-    if (turn := prediction.turn) is not None:
-        found["solved: w at the turn_J/m2"] = turn.work
-        found["solved: largest w at the turn_J/m2"] = turn.most
-    if prediction.simulation is not None:
-        found["solved: load_Pa"] = prediction.simulation.load
-    if prediction.solved_answer is not None:
-        found["solved: verdict"] = prediction.solved_answer
+    found |= {f"{one.name}: w/w_c": one.margin for one in prediction.verdicts}
     if (probe := prediction.probe) is not None:
         found |= {"probe: pull-off with w - U_N": probe.least, "probe: pull-off with w_N": probe.most}
         found["probe: largest with 1 % in contact_N"] = probe.rim
     return found
 
 
-def ranges(prediction: Prediction) -> dict[str, str]:
-    """Whether each criterion, by its key, is in its range and counts in the verdict: yes, or no with the reason."""
-    excluded = ", ".join(fault.kind for fault in prediction.excluding)
-    cast = {vote.estimate.key: vote for vote in votes(flattened(prediction.contact))}
+def _threshold(threshold: MapThreshold | None) -> dict[str, str | float | None]:
+    if threshold is None:
+        return {}
+    return {
+        "w_c_J/m2": threshold.work, "w_c low_J/m2": threshold.low, "w_c high_J/m2": threshold.high,
+        "w_c from": threshold.source.name.lower(),
+    }  # fmt: skip
 
-    def said(key: str, why: str) -> str:
-        vote = cast[key]
-        if excluded or vote.outside or not vote.estimate.valid:
-            return f"no: {excluded or (vote.outside if vote.estimate.valid else why)}"
-        return f"yes, with smaller heights: {why}" if why else "yes"
 
-    return {one.key: said(one.key, "; ".join(one.why)) for one in prediction.verdicts}
+def areal(prediction: Prediction) -> dict[str, float]:
+    """Areal parameters with their units, of one measured map: a spectrum of lines or of several maps has none."""
+    if len(prediction.topographies) > 1 or prediction.topographies[0].bands is not None:
+        return {}
+    found = areal_parameters(prediction.topographies[0])._asdict()
+    return {f"{name}_{unit}" if unit else name: found[name] for name, unit in AREAL.items()}
 
 
 def remedy_options(fault: MapFault) -> str:
@@ -79,7 +76,6 @@ def as_csv(rows: Sequence[Mapping[str, str | float | None]]) -> str:
 
 def as_json(prediction: Prediction) -> str:
     """All numbers of the page, with the whole spectrum of each map."""
-    verdict = judge(prediction)
     maps = []
     for topography, found, fit in zip(prediction.topographies, prediction.findings, prediction.fits, strict=True):
         q, c = spectrum(topography)
@@ -97,25 +93,24 @@ def as_json(prediction: Prediction) -> str:
             "spectrum": {"q_1/m": q.tolist(), "C_m4": c.tolist()},
         })  # fmt: skip
     estimates = [
-        {"name": e.name, "symbol": e.symbol, "value": e.value, "unit": e.unit, "margin": e.margin,
+        {"name": e.name, "symbol": e.symbol, "value": e.value, "unit": e.unit, "w/w_c": e.margin,
          "source": e.source, "out_of_range": e.why}
         for e in prediction.estimates
     ]  # fmt: skip
-    cuts = [
-        {"wavelength_m": cut.wavelength, **cut.moments._asdict(), "margins": {e.name: e.margin for e in found}}
-        for cut, found in prediction.cuts
-    ]
+    threshold, contact = prediction.threshold, prediction.contact
     content = {
-        "verdict": {"answer": verdict.answer, "probability": verdict.probability, "why": verdict.why},
+        "verdict": {"answer": prediction.verdict.answer, "factor": prediction.verdict.factor,
+                    "why": prediction.verdict.why},
         "row": row(prediction),
+        "curve": None if threshold is None else [one._asdict() for one in threshold.curve],
         "maps": maps,
         "moments": prediction.roughness.moments._asdict(),
         "interface": asdict(prediction.interface),
         "probe": None if prediction.probe is None else vars(prediction.probe),
-        "estimates": estimates,
-        "cuts": cuts,
+        "theories": estimates,
+        "conformal_energy_J/m2": contact.conformal_energy,
         "warnings": prediction.doubts,
-    }
+    }  # fmt: skip
     return json.dumps(_finite(content), indent=1, ensure_ascii=False) + "\n"
 
 

@@ -1,6 +1,5 @@
-"""Figures of a prediction: map, spectrum, dependence on resolution, the solved contact, the faults of a map."""
+"""Figures of a prediction: map and contact, spectrum, threshold, what decides it; the faults of a map."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,45 +8,54 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from continuum import units
-from continuum.measure.contact import contact_map
+from continuum.model.fourier import Real
 from continuum.show import plot
-from continuum.sticky.criteria import CRITERIA
-from continuum.sticky.prediction import Prediction, rough_contact
-from continuum.sticky.record import support
-from continuum.sticky.simulate import Simulation
-from continuum.sticky.solved_turn import SolvedTurn
-from continuum.sticky.verdict import SURE, judge_contact
+from continuum.sticky.prediction import Prediction
+from continuum.sticky.threshold import MapThreshold, RangePoint
 from continuum.topography.faults import Findings
 from continuum.topography.map import Topography
-from continuum.topography.roughness import Cut, spectrum
+from continuum.topography.roughness import spectrum
 from continuum.topography.scanlines import line_offsets
 from continuum.topography.spectra import profile_spectrum
 
-_COLOURS = (*plot.SERIES, "black")
-"""Colours of the criteria."""
 _LINES: dict[str, Any] = {r"$\lambda_L$": ":", r"$\lambda_s$": "-.", "noise": (0, (1, 4))}
 """Lines at the ends of the fit in a spectrum."""
+_DECADES = 3.0
+"""Decades of a derivative that are told apart."""
 _HALF = 0.46
 """Part of the width of the figure that the legend of one of two panels may take."""
 
 
 @plot.styled
 def overview(prediction: Prediction) -> Figure:
-    """Map, spectrum, and roughness and verdicts against the smallest wavelength."""
-    figure, ((image, density), (slopes, chances)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
-    _draw_map(image, prediction.topographies[0])
+    """The map with its contact at the threshold, its spectrum, the threshold by range, and where it is decided.
+
+    Without a state, as of a line scan, the last panel is empty.
+    """
+    figure, ((image, density), (curve, decided)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
+    corrected, threshold = prediction.mended or prediction, prediction.threshold
+    whole = corrected.topographies[0] if corrected.no_map else corrected.facing
+    _draw_map(image, whole, "gray" if threshold is not None and threshold.curve else "cividis")
     _draw_spectrum(density, prediction)
-    cuts = [cut for cut, _ in prediction.cuts]
-    _draw_moments(slopes, cuts)
-    _draw_chances(chances, prediction)
-    plot.letter_panels(
-        (image, density, slopes, chances),
-        (r"map, $\pm 3\,h_\mathrm{rms}$", "power spectral density", "slope and curvature, by resolution",
-         "verdicts, by resolution"),
-    )  # fmt: skip
-    plot.log_ticks(*figure.axes)
-    for axis in (density, chances):
-        plot.legend_under(axis, _HALF)
+    titles = ["map", "power spectral density", "threshold by range"]
+    panels = [image, density, curve]
+    if threshold is None:
+        curve.remove()
+        panels.pop()
+    else:
+        _draw_curve(curve, prediction, threshold)
+    if threshold is None or not threshold.curve:
+        decided.remove()
+    else:
+        titles[0] = "map and its contact at the threshold"
+        _draw_contact(image, threshold)
+        titles.append(_draw_deciding(decided, threshold))
+        panels.append(decided)
+    plot.letter_panels(panels, titles)
+    plot.log_ticks(*(axis for axis in figure.axes if axis is not decided))
+    for axis in panels[:3]:
+        if plot.labelled(axis):
+            plot.legend_under(axis, _HALF)
     return figure
 
 
@@ -57,13 +65,13 @@ def length_scale(value: float) -> tuple[float, str]:
     return units.unit_size(name, "length"), name
 
 
-def _draw_map(axis: Axes, topography: Topography) -> None:
+def _draw_map(axis: Axes, topography: Topography, colours: str = "cividis") -> None:
     size, name = length_scale(max(topography.lengths))
     most = 3 * topography.heights.std()
     # Heights below a nanometre are also given in nanometres.
     height, height_name = length_scale(max(most, 1e-9))
     lengths = [length / size for length in topography.lengths]
-    image = plot.map_image(axis, topography.heights / height, lengths, "cividis", (-most / height, most / height))
+    image = plot.map_image(axis, topography.heights / height, lengths, colours, (-most / height, most / height))
     # Inside the axes' own frame, so that it stays beside a map of any shape.
     axis.figure.colorbar(image, cax=axis.inset_axes((1.04, 0, 0.05, 1)), label=f"height ({height_name})")
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
@@ -94,42 +102,60 @@ def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
     axis.set(xlabel="wavenumber $q$ (1/m)", ylabel="$C(q)$ (m⁴)")
 
 
-def _draw_moments(axis: Axes, cuts: Sequence[Cut]) -> None:
-    size, name = length_scale(cuts[len(cuts) // 2].wavelength)
-    x = np.array([cut.wavelength for cut in cuts]) / size
-    axis.loglog(x, [cut.moments.rms_slope for cut in cuts], "o-", color=plot.SERIES[0], markersize=3)
-    axis.set_xlabel(f"smallest wavelength counted ({name})")
-    axis.set_ylabel(r"rms slope $h'_\mathrm{rms}$", color=plot.SERIES[0])
-    other = axis.twinx()
-    other.loglog(x, [cut.moments.rms_curvature * 1e-6 for cut in cuts], "s-", color=plot.SERIES[5], markersize=3)
-    other.set_ylabel(r"rms curvature $h''_\mathrm{rms}$ (1/µm)", color=plot.SERIES[5])
-    other.spines["right"].set_visible(True)
+def _own_points(values: Real, threshold: MapThreshold) -> tuple[Real, list[float], str]:
+    """Values on the points of the map itself, without its mirror images; its lengths in a unit, and that unit."""
+    images = [round(whole / own) for whole, own in zip(threshold.grid.shape, threshold.map.shape, strict=True)]
+    size, name = length_scale(max(threshold.map.lengths))
+    own = values[: values.shape[0] // images[0], : values.shape[1] // images[1]]
+    return own, [length / size for length in threshold.map.lengths], name
 
 
-def _draw_chances(axis: Axes, prediction: Prediction) -> None:
-    """Probability by the record of each theory and of all together, and the limits beyond which a verdict is given."""
-    size, name = length_scale(prediction.cuts[len(prediction.cuts) // 2][0].wavelength)
-    x = [cut.wavelength / size for cut, _ in prediction.cuts]
+def _draw_contact(axis: Axes, threshold: MapThreshold) -> None:
+    """Where the surfaces repel and where they attract, on the map."""
+    distance, lengths, _ = _own_points(threshold.gap - threshold.wall.zero_gap, threshold)
+    kinds = np.where(distance <= 0, 2.0, np.where(distance < threshold.wall.range, 1.0, np.nan))
+    plot.contact_image(axis, kinds, (lengths[0], lengths[1]))
+    for entry in plot.contact_key():
+        axis.plot([], [], "s", color=entry.get_facecolor(), label=entry.get_label())
+
+
+def _draw_curve(axis: Axes, prediction: Prediction, threshold: MapThreshold) -> None:
+    """The threshold with its interval, and the work of adhesion and range of the contact."""
+    points = threshold.curve or (RangePoint(threshold.range, threshold.work, threshold.low, threshold.high),)
+    ranges, work, low, high = (np.array(column) for column in zip(*points, strict=True))
     contact = prediction.contact
-    cast = [rough_contact(cut, prediction.interface, contact.roll_off) for cut, _ in prediction.cuts]
-    styles = ("o-", "s--", "^:", "v-.", "D--", "x:", "P-")
-    for i in prediction.distinct:
-        criterion = CRITERIA[prediction.verdicts[i].key]
-        if criterion.sufficient:
-            supported = [support((criterion,), one) for one in cast]
-            y = [np.nan if one is None else one.probability for one in supported]
-            axis.semilogx(x, y, styles[i], color=_COLOURS[i], markersize=3, label=criterion.name)
-    together = [None if prediction.excluding else judge_contact(one).probability for one in cast]
-    if any(chance is not None for chance in together):
-        axis.semilogx(x, [np.nan if chance is None else chance for chance in together], color="black", linewidth=2.5,
-                      alpha=0.5, label="together, in range")  # fmt: skip
-    for edge in (1 - SURE, SURE):
-        axis.axhline(edge, color="black", linewidth=0.8, label="10 and 90 %")
-    axis.set(
-        xlabel=f"smallest wavelength counted ({name})",
-        ylabel="probability of sticking, by the records",
-        ylim=(-0.02, 1.02),
+    # An interval without an end goes beyond the panel.
+    seen = [*work[np.isfinite(work)], contact.work_of_adhesion]
+    least, most = 1e3 * min(seen) / 2, 1e3 * max(seen) * 2
+    low, high = (np.clip(1e3 * ends, least, most) for ends in (low, high))
+    if len(points) > 1:
+        axis.fill_between(1e9 * ranges, low, high, color=plot.SERIES[0], alpha=0.25, linewidth=0, label="undecided")
+    else:
+        axis.vlines(1e9 * ranges, low, high, color=plot.SERIES[0], alpha=0.5, linewidth=5, label="undecided")
+    style = "-" if len(points) > 1 else "o"
+    axis.loglog(1e9 * ranges, 1e3 * work, style, color=plot.SERIES[0], label="threshold $w_c$")
+    here = f"this contact: {prediction.verdict.answer}"
+    axis.loglog(
+        1e9 * contact.range, 1e3 * contact.work_of_adhesion, "*", color=plot.SERIES[5], markersize=9, label=here
     )
+    axis.set(xlabel="range of the attraction (nm)", ylabel="work of adhesion (mJ/m²)", ylim=(least, most))
+
+
+def _draw_deciding(axis: Axes, threshold: MapThreshold) -> str:
+    """By which heights the threshold changes most; where that is not known, the gap within the range.  Its title."""
+    state, wall = threshold.state, threshold.wall
+    if state is None:
+        distance, lengths, name = _own_points(threshold.gap - wall.zero_gap, threshold)
+        values, ends, label = distance / wall.range, (0.0, 1.0), "gap over range"
+        title = "gap within the range"
+    else:
+        deciding, lengths, name = _own_points(np.abs(state.deciding_heights(wall)), threshold)
+        values, ends = np.log10(np.maximum(deciding / deciding.max(), 1e-9)), (-_DECADES, 0.0)
+        title, label = r"where it is decided: $|\partial w_c/\partial h|$", "logarithm, over the largest"
+    image = plot.map_image(axis, values, lengths, "magma_r", ends)
+    axis.figure.colorbar(image, cax=axis.inset_axes((1.04, 0, 0.05, 1)), label=label)
+    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
+    return title
 
 
 @plot.styled
@@ -149,20 +175,6 @@ def mending_figure(measured: Topography, judged: Topography) -> Figure:
     bearing.set(xlabel="area above the height (%)", ylabel=f"height ({name})")
     plot.letter_panels((before, after, bearing), ("as measured", "as judged", "bearing curve"))
     plot.legend_under(bearing, 0.26)
-    return figure
-
-
-@plot.styled
-def contact_figure(solved: Simulation | SolvedTurn) -> Figure:
-    """Map of repulsion and attraction in the solved contact."""
-    figure, axis = plot.new_axes(plot.COLUMN, 3.6)
-    (nx, ny), lengths = solved.map.shape, solved.map.lengths
-    unit, name = length_scale(max(lengths))
-    period = lengths[0] / unit, lengths[1] / unit
-    plot.contact_image(axis, contact_map(solved.wall, solved.gap[:nx, :ny]), period)
-    area = rf"$A_\mathrm{{rep}}/A_0$ = {solved.area_rep:.3g}"
-    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title=area)
-    plot.legend_below(figure, plot.contact_key())
     return figure
 
 

@@ -12,9 +12,9 @@ from continuum.show.sheet import Entry, Sheet
 from continuum.sticky.study import SampleRank, Study
 
 _NOTE = (
-    "Sorted by w over that of the turn, the geometric mean over the spots of a sample: above 1 it is sticky.  The "
-    "interval holds it with 95 %, by Student, with the scatter of spots pooled over all samples; what is wrong with "
-    "the theories is not in it.  Ranks: the places that the intervals leave open."
+    "Sorted by w/w_c, the geometric mean over the spots of a sample: above 1 it is sticky.  The interval holds it with "
+    "95 %, by Student, with the scatter of spots pooled over all samples; the error of w_c is not in it.  Ranks: the "
+    "places that the intervals leave open."
 )
 
 
@@ -22,7 +22,7 @@ def study_sentence(study: Study) -> str:
     """The answer in one text."""
     first = [one for one in study.samples if one.margin is not None]
     if not first:
-        return "No ranking: of no spot a work of adhesion is known at which it turns"
+        return "No ranking: the threshold of no spot is known"
     top = [one.name for one in first if one.ranks is not None and one.ranks[0] == 1]
     if len(first) == 1:
         return f"{first[0].name}: {first[0].answer} ({first[0].counts})"
@@ -49,7 +49,7 @@ def _ranking_row(sample: SampleRank) -> dict[str, str | float | None]:
         "sample": sample.name,
         "verdict": sample.answer,
         "spots": sample.counts,
-        "w over that of the turn": sample.margin,
+        "w/w_c": sample.margin,
         "lower end": low,
         "upper end": high,
     }
@@ -63,7 +63,7 @@ def study_sheets(study: Study) -> list[Sheet]:
         (spot.sample, spot.name, ", ".join(spot.files), spot.answer or f"not usable: {spot.error}", spot.margin)
         for spot in study.spots
     ]
-    return [ranking, Sheet.of("Spots", ("sample", "spot", "files", "verdict", "w over that of the turn"), cells)]
+    return [ranking, Sheet.of("Spots", ("sample", "spot", "files", "verdict", "w/w_c"), cells)]
 
 
 @plot.styled
@@ -78,7 +78,7 @@ def study_figure(study: Study) -> Figure:
             axis.plot(sample.interval, [place] * 2, color="black", linewidth=1.5, label="mean, 95 %")
         axis.plot(sample.margin, place, "|", color="black", markersize=12, markeredgewidth=2)
     axis.axvline(1.0, color="gray", linestyle="--", linewidth=1)
-    axis.set(xscale="log", xlabel="w over that of the turn (sticky above 1)", ylim=(len(shown) - 0.5, -0.5))
+    axis.set(xscale="log", xlabel="w/w_c (sticky above 1)", ylim=(len(shown) - 0.5, -0.5))
     axis.set_yticks(range(len(shown)), [sample.name for sample in shown])
     plot.log_ticks(axis)
     plot.legend_below(figure, plot.labelled(axis))
@@ -97,7 +97,7 @@ def write_study(study: Study, folder: Path, name: str) -> list[Path]:
     for spot in study.spots:
         named: dict[str, str | float | None] = {
             "sample": spot.sample, "spot": spot.name, "files": ", ".join(spot.files),
-            "w over that of the turn": spot.margin, "error": spot.error,
+            "w/w_c": spot.margin, "error": spot.error,
         }  # fmt: skip
         spots.append(named | ({} if spot.found is None else spot.found.row()))
     return [

@@ -1,1 +1,1 @@
-"""Prediction of stickiness: materials, theories of rough contact, their record, and the verdict."""
+"""Prediction of stickiness: materials, the threshold of a map, theories for comparison, and the verdict."""

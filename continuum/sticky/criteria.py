@@ -171,10 +171,6 @@ class Criterion:
     unit: str = ""
     needs: str = ""
     """Name of an optional quantity of the contact that the criterion needs."""
-    sufficient: bool = True
-    """False for a necessary condition, which has no record and does not count in the verdict."""
-    least: float = -float("inf")
-    """Smallest value that is shown."""
 
     def __call__(self, contact: RoughContact) -> Estimate:
         """The estimate for a contact; raises ValueError if the contact lacks a quantity."""
@@ -270,7 +266,7 @@ _CRITERIA = (
     Criterion(
         "necessary-adhesion", "necessary adhesion", "2 l_a/(h' a0)", "paper, below Eq. (6): necessary, not sufficient",
         lambda c: c.adhesion_length / paper.necessary_adhesion_length(c.rms_slope, c.spacing or 0.0), (_STEEP,),
-        margin=lambda c, value: value, needs="spacing", sufficient=False,
+        margin=lambda c, value: value, needs="spacing",
     ),
     # (N/A_rep)/(h' E*): finite at the onset, negative where sticky.
     Criterion(
@@ -311,16 +307,16 @@ _CRITERIA = (
         "range-over-gap", "range over gap", "Δr/g0", "paper, Eq. (S-1) one patch outside the edge",
         lambda c: c.range / paper.gap_scale(c.rms_slope, c.rms_curvature),
     ),
-    # Without tension the tail of the theory is negative; a pull-off is shown as at least zero.
+    # Without tension the tail of the theory is negative.
     Criterion(
         "pull-off", "pull-off", "N/A0", "Fuller and Tabor 1975, 0.05 summits per R h_rms",
-        lambda c: _asperity_limit(c) * rough.fuller_tabor(c.height_over_separation), _JKR, unit="pressure", least=0.0,
+        lambda c: max(_asperity_limit(c) * rough.fuller_tabor(c.height_over_separation), 0.0), _JKR, unit="pressure",
     ),
     # 2π w R for each asperity instead of (3/2)π w R.
     Criterion(
         "dmt-pull-off", "pull-off (DMT asperities)", "N/A0", "Maugis 1996, 0.05 summits per R h_rms",
-        lambda c: 4 / 3 * _asperity_limit(c) * rough.dmt_asperities(c.height_over_separation), _DMT,
-        unit="pressure", least=0.0,
+        lambda c: max(4 / 3 * _asperity_limit(c) * rough.dmt_asperities(c.height_over_separation), 0.0), _DMT,
+        unit="pressure",
     ),
 )  # fmt: skip
 
@@ -331,9 +327,3 @@ CRITERIA = {criterion.key: criterion for criterion in _CRITERIA}
 def every_estimate(contact: RoughContact) -> tuple[Estimate, ...]:
     """All estimates that the inputs allow: verdicts, the paper's first, and the numbers behind them."""
     return tuple(criterion(contact) for criterion in CRITERIA.values() if criterion.possible(contact))
-
-
-def verdicts(contact: RoughContact) -> tuple[Estimate, ...]:
-    """Every criterion of stickiness that the inputs allow, the paper's first."""
-    allowed = (criterion for criterion in CRITERIA.values() if criterion.margin and criterion.possible(contact))
-    return tuple(criterion(contact) for criterion in allowed)

@@ -58,10 +58,6 @@ def prediction_doubts(
     for topography, mine, fit in zip(topographies, analysed, fits, strict=True):
         name = topography.source
         found += [f"{name}: {doubt}" for doubt in _stands_for(topography)]
-        if not topography.periodic:
-            found.append(
-                f"{name}: not periodic: spectrum through a Hann window, slope and curvature from neighbouring points"
-            )
         ratio = mine.spectral.rms_slope / mine.stencil.rms_slope
         if abs(ratio - 1) > DISAGREE:
             why = "roughness at the pixel" if ratio > 1 else "a map that is rougher at its edges"

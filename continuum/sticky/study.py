@@ -12,7 +12,6 @@ import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,7 +21,6 @@ from continuum.arguments import instance
 from continuum.errors import InputError
 from continuum.sticky.criteria import Answer
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.verdict import answer_of, judge
 from continuum.topography.quantities import PER_MAP
 
 if TYPE_CHECKING:
@@ -62,19 +60,15 @@ class Spot:
     error: str = ""
     """Why it could not be used; empty if it was."""
 
-    @cached_property
+    @property
     def answer(self) -> Answer | None:
-        """The verdict, by the solver if it solved the map; None if the spot could not be used."""
-        return None if self.found is None else answer_of(self.found)
+        """The verdict; None if the spot could not be used."""
+        return None if self.found is None else self.found.verdict.answer
 
-    @cached_property
+    @property
     def margin(self) -> float | None:
-        """Work over that of the turn, by the solver if it found it, else by the theories; None if unknown."""
-        if self.found is None:
-            return None
-        solved = self.found.turn
-        turn = judge(self.found).turn if solved is None else float(np.sqrt(solved.work * solved.most))
-        return None if turn is None else self.found.contact.work_of_adhesion / turn
+        """Work over the threshold; None if unknown."""
+        return None if self.found is None else self.found.verdict.factor
 
 
 @dataclass(frozen=True, eq=False)

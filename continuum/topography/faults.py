@@ -5,7 +5,7 @@ Each artefact is one function, which looks for the fault, describes it, and name
 they are looked for, each after those before it have been corrected, so that one cause is reported once.  Each changes
 moments, and with them verdicts, by more than theories differ.  Equal heights are looked for on the map as it was read.
 The limits are such that on clean self-affine maps of 256² points hardly any fault is found; a test counts them, and
-docs/predict.md has the numbers.
+docs/maps.md has the numbers.
 
 Some faults exclude any verdict: an impossible size, and heights unlike those of the Gaussian surfaces of theories and
 their record.  On such a surface nothing is called an outlier, and no remedy is named that would remove its features.
@@ -328,8 +328,8 @@ def _impossible_fit(topography: Topography, waves: SpectrumFindings) -> MapFault
 
 def _not_gaussian(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     found = summits_of(topography).unlike_gaussian
-    text = f"{', '.join(found)}: theories, and their record, are of Gaussian surfaces"
-    return MapFault(NOT_GAUSSIAN, text, excludes="the solver decides (--solve)") if found else None
+    text = f"{', '.join(found)}: theories of roughness are of Gaussian surfaces"
+    return MapFault(NOT_GAUSSIAN, text, excludes="the contact decides, as it is pressed") if found else None
 
 
 def _equal_neighbours(heights: Real) -> float:

@@ -73,8 +73,6 @@ class ScanLines:
 def scan_lines(heights: Real) -> ScanLines:
     """Compare lines with columns, along the direction with more artefacts; at least 3 x 3 heights."""
     heights = map_of("heights", heights)
-    from scipy.stats import skew  # a quarter of a second that other commands need not wait
-
     if min(heights.shape) < 3:
         raise ArgumentError(
             "heights", heights, "at least 3 lines of 3 points: each line is compared with its neighbours"
@@ -104,7 +102,7 @@ def scan_lines(heights: Real) -> ScanLines:
         noise=float(np.sqrt(max(mine**2 - other**2, 0.0) / 1.5)),
         outliers=outliers[axis],
         scars=scars[axis] if one_sided else np.zeros(heights.shape, dtype=bool),
-        skewness=float(skew(bend)) if mine > 0 else 0.0,
+        skewness=float(np.mean((bend - bend.mean()) ** 3) / bend.std() ** 3) if mine > 0 and bend.std() > 0 else 0.0,
     )
 
 

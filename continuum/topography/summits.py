@@ -6,8 +6,6 @@ summits, pits and grooves in a plateau, and summits rounded by spheres or a blun
 map has many short waves, so that these ratios scatter little, whereas skewness and kurtosis depend on its few longest
 waves.
 
-Such a surface can be judged by the roughness of its upper twentieth: :func:`summit_ratios`.
-
 Standard errors are Tukey's jackknife over :data:`BLOCKS` x :data:`BLOCKS` parts of the map.
 """
 
@@ -16,10 +14,10 @@ from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from continuum.arguments import instance
 from continuum.model.fourier import Real
-from continuum.model.surface import Moments
 from continuum.topography.map import Topography
 
 TENTH = 0.1
@@ -33,10 +31,7 @@ SKEWNESS, KURTOSIS, BEARING = 1.0, 5.0, 1 / 3
 not Gaussian: on few long waves, a Gaussian surface was seen with 0.8, 5 and 0.4."""
 ERRORS = 3.0
 """Standard errors beyond which a difference is significant.  With RATIO, of 2400 clean maps of 32² to 256² points, H
-from 0.2 to 0.95, 14 are called not Gaussian (``python -m tests.studies.classes``)."""
-TWENTIETH = 0.05
-"""Share of the points whose roughness is that of the summits: of those from a fiftieth to a tenth, the one by which the
-turns of the surfaces in ``sticky/summits.csv`` scatter least."""
+from 0.2 to 0.95, 14 are called not Gaussian (``python -m tests.studies.classes --alarms``)."""
 _SMALLEST = 1e-12
 
 
@@ -81,26 +76,8 @@ class Summits:
 
 def excess(share: float) -> float:
     """Mean height of the upper share of a Gaussian above its lower end, in h_rms: 0.473 of the upper tenth."""
-    from scipy.stats import norm  # a quarter of a second that other commands need not wait
-
-    edge = float(norm.isf(share))
-    return float(norm.pdf(edge)) / share - edge
-
-
-def summit_ratios(topography: Topography) -> Moments:
-    """Height, slope and curvature of the upper twentieth of a map over those of the whole.
-
-    The height is that of the Gaussian surface whose upper twentieth is as high above its lower end; slope and curvature
-    are the root mean square of the slope and of the laplacian there.
-    """
-    h = instance("topography", topography, Topography).heights
-    heights = (h - h.mean()) / h.std()
-    high = float(np.quantile(heights, 1 - TWENTIETH))
-    # The lower part is the whole map.
-    sums = _sums(heights, topography.grid.spacing, np.inf, high)
-    (n, up, slope, _, bends), (whole, _, its_slope, _, its_bends) = sums[5:10], sums[10:]
-    height = (up / n - high) / excess(TWENTIETH)
-    return Moments(height, *(float(_ratio(a / n, b / whole)) for a, b in ((slope, its_slope), (bends, its_bends))))
+    edge = -float(scipy.special.ndtri(share))
+    return float(np.exp(-(edge**2) / 2) / np.sqrt(2 * np.pi)) / share - edge
 
 
 def summits_of(topography: Topography) -> Summits:

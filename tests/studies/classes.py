@@ -1,51 +1,39 @@
-"""Worn, honed, pitted, beaded, stretched, tip-rounded, steep and clean surfaces: where each turns, and the verdicts.
+"""Verdicts on classes of surfaces against searches: right, undecided and wrong at works around the threshold.
 
-``python -m tests.studies.classes --solve`` finds the turns and writes the record of summits,
-``continuum/sticky/summits.csv``, together with the summits of the surfaces of the other record (five minutes on one
-core).  Without it the tables of docs/predict.md are made: clean surfaces that are called anything else; right,
-undecided and wrong verdicts at works of adhesion around the turn, each class left out of the record of summits when it
-is judged.  Surfaces are periodic, on 128² points; each draws the parameters of its class.
+``python -m tests.studies.classes`` makes surfaces of each class, with parameters that each draws, finds their
+thresholds by a search with adhesion, and asks for a verdict from one state without adhesion at works of adhesion
+around them: the table of docs/predict.md.  With ``--alarms``: how many clean surfaces are called not Gaussian.
 """
 
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
-from functools import cache
-from pathlib import Path
+from collections.abc import Callable
 
 import numpy as np
-from scipy.ndimage import grey_dilation
+from scipy.ndimage import gaussian_filter, grey_dilation
 
-from continuum.files import output
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
 from continuum.show.sheet import Sheet
 from continuum.solve.solution import NotConvergedError
 from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import prediction_of, rough_contact, summit_contact
-from continuum.sticky.simulate import UnresolvedError, resolvable, simulate
-from continuum.sticky.verdict import judge, judge_contact
+from continuum.sticky.on_grid import UnresolvedError
+from continuum.sticky.search import search_threshold
+from continuum.sticky.threshold import MapThreshold, press_map
 from continuum.topography.map import Topography
 from continuum.topography.mending import detrend
-from continuum.topography.roughness import roughness_of
 from continuum.topography.summits import summits_of
 
-N, SURFACES = 128, 14
+N, SURFACES = 256, 12
 GRID = Grid.square(N)
-FACTORS = (0.1, 0.2, 0.5, 2.0, 5.0, 10.0)
-"""Works of adhesion over that at the turn, at which verdicts are asked for."""
+FACTORS = (0.1, 0.3, 0.6, 0.8, 1.25, 1.6, 3.0, 10.0)
+"""Works of adhesion over that at the threshold, at which verdicts are asked for."""
 UNIT = 1e-9
 """Pixel in m, so that the maps are what an instrument gives; E* = 1 Pa."""
-ACCURACY = 0.1
-"""Relative width of the bracket of a turn: a tenth of the smallest distance from it at which a verdict is asked for."""
-STICKY = Path(__file__).parents[2] / "continuum" / "sticky"
-COLUMNS = ("class", "seed", "rms_height", "rms_slope", "rms_curvature", "conformal_energy", "range", "work")
 Rng = np.random.Generator
 
 
@@ -124,113 +112,82 @@ def rounded(rng: Rng) -> Real:
     return grey_dilation(heights, structure=tip, mode="wrap")
 
 
-def steep(rng: Rng) -> Real:
-    """Gaussian, of slopes up to 1: to the solver, which takes slopes as small, a clean one that was stretched."""
-    return scaled(clean(rng), rng.uniform(0.35, 1))
+def posts(rng: Rng) -> Real:
+    """Flat posts of one width, with little roughness on top."""
+    period = int(rng.choice([16, 32]))
+    x = (np.arange(N) % period) < period * rng.uniform(0.3, 0.6)
+    fine = clean(rng)
+    return gaussian_filter(np.outer(x, x).astype(float) * rng.uniform(2, 6), 1.0, mode="wrap") + 0.2 * fine / fine.std()
+
+
+def egg_box(rng: Rng) -> Real:
+    """The sum of two waves, with a little roughness."""
+    waves = int(rng.choice([4, 8]))
+    x = np.cos(2 * np.pi * waves * np.arange(N) / N)
+    fine = clean(rng)
+    return rng.uniform(0.3, 1) * (x[:, None] + x[None, :]) + 0.05 * fine / fine.std()
+
+
+def terraces(rng: Rng) -> Real:
+    """Steps of one height."""
+    heights = clean(rng)
+    step = heights.std() * rng.uniform(0.5, 1.5)
+    return gaussian_filter(step * np.round(heights / step), 1.0, mode="wrap")
 
 
 CLASSES: dict[str, Callable[[Rng], Real]] = {
-    "clean": clean,
-    "worn": worn,
-    "honed": honed,
-    "pitted": pitted,
-    "beaded": beaded,
-    "stretched": stretched,
-    "rounded": rounded,
-    "steep": steep,
-}
+    "clean": clean, "worn": worn, "honed": honed, "pitted": pitted, "beaded": beaded, "stretched": stretched,
+    "rounded": rounded, "posts": posts, "egg-box": egg_box, "terraces": terraces,
+}  # fmt: skip
 
 
 def surface(kind: str, seed: int) -> tuple[Topography, float]:
     """A surface of a class, and the range of the attraction on it."""
     rng = np.random.default_rng([list(CLASSES).index(kind), seed])
     heights = CLASSES[kind](rng)
-    reach = float(rng.uniform(0.2, 0.8) * heights.std())
+    reach = float(rng.uniform(0.2, 1.6) * heights.std())
     return Topography(UNIT * heights, (UNIT * N, UNIT * N), True, f"{kind} {seed}"), UNIT * reach
 
 
-def turn(topography: Topography, reach: float) -> float | None:
-    """Work of adhesion at which the load at 1 % repulsive area changes its sign; None where the grid resolves none."""
-
-    def sticky(work: float) -> bool | None:
-        contact = Interface(1.0, work, reach, None)
-        try:
-            return None if resolvable(topography, contact)[1] else simulate(topography, contact).sticky
-        except (UnresolvedError, NotConvergedError):
-            return None
-
-    work = 0.3 * roughness_of(topography).conformal_energy
-    low: float | None = None
-    high: float | None = None
-    answer: bool | None = None  # at the upper end of the bracket
-    while low is None or high is None or high / low > 1 + ACCURACY:
-        found = sticky(work)
-        low, high, answer = (work, high, answer) if found is False else (low, work, found)
-        work = work / 3 if low is None else work * 3 if high is None else float(np.sqrt(low * high))
-    return float(np.sqrt(low * high)) if answer else None
+def both(kind: str, seed: int) -> tuple[MapThreshold, MapThreshold | None]:
+    """The threshold by one state, and by a search; None where the pixels resolve none."""
+    topography, reach = surface(kind, seed)
+    pressed = press_map(topography, Interface(1.0, 1.0, reach, None))
+    found = pressed.threshold()
+    try:
+        searched = search_threshold(pressed, found)
+    except (UnresolvedError, NotConvergedError):
+        return found, None
+    return found, searched if searched.range == reach else None
 
 
-def entry(kind: str, seed: int, topography: Topography, reach: float, work: float) -> dict[str, str]:
-    """A row of the record: the contact of the summits at the turn, in pixels."""
-    pixel = topography.grid.spacing[0]
-    whole = rough_contact(roughness_of(topography).whole, Interface(1.0, work, reach, None))
-    contact = summit_contact(topography, whole)
-    assert contact is not None
-    values = (contact.rms_height / pixel, contact.rms_slope, contact.rms_curvature * pixel,
-              (contact.conformal_energy or 0.0) / pixel, contact.range / pixel, work / pixel)  # fmt: skip
-    return dict(zip(COLUMNS, (kind, str(seed), *(f"{value:.5g}" for value in values)), strict=True))
-
-
-def solved() -> Iterator[dict[str, str]]:
-    """Turns of all surfaces that have one."""
+def verdicts(surfaces: int) -> Sheet:
+    """Right, undecided and wrong of each class at each factor from the threshold, by one state alone."""
+    rows = []
     for kind in CLASSES:
-        for seed in range(SURFACES):
-            topography, reach = surface(kind, seed)
-            work = turn(topography, reach)
-            sys.stderr.write(f"{kind} {seed}: {work}\n")
-            if work is not None:
-                yield entry(kind, seed, topography, reach, work)
-
-
-def of_the_record() -> Iterator[dict[str, str]]:
-    """The surfaces of the record of moments, on 512² points: walls, whose summits are the lowest points."""
-    grid, rows = Grid.square(512), csv.DictReader((STICKY / "record.csv").read_text().splitlines())
-    for i, row in enumerate(row for row in rows if row["source"] == "turn"):
-        numbers = [float(row[name]) for name in ("hurst", "rms_slope", "lambda_s", "lambda_L")]
-        heights = _synthesised(grid, (numbers[0], 0.1, *numbers[2:]), int(row["seed"])) * (-numbers[1] / 0.1)
-        topography = Topography(heights, grid.lengths, True, "record")
-        # Three of the longest roll-offs were on a larger grid.
-        if abs(heights.std() / float(row["rms_height"]) - 1) < 0.01:
-            yield entry("self-affine", i, topography, float(row["range"]), float(row["work"]))
-
-
-@cache
-def _synthesised(grid: Grid, numbers: tuple[float, ...], seed: int) -> Real:
-    return SelfAffine(*numbers).synthesise(grid, np.random.default_rng(seed))
-
-
-def verdicts() -> Sheet:
-    """Right, undecided and wrong verdicts of each class, at each factor from the turn: of moments, and as they are."""
-    said: dict[str, dict[float, Counter[str]]] = {}
-    for row in csv.DictReader((STICKY / "summits.csv").read_text().splitlines()):
-        if row["class"] not in CLASSES:
-            continue
-        topography, reach = surface(row["class"], int(row["seed"]))
-        for factor in FACTORS:
-            contact = Interface(1.0, UNIT * factor * float(row["work"]), reach, None)
-            pixels = 2 * max(topography.grid.spacing)  # a surface that was made has no waves that were not measured
-            prediction = prediction_of([topography], contact, smallest=pixels)
-            truth = "sticky" if factor > 1 else "not sticky"
-            unseen = judge(prediction, lambda other, kind=row["class"]: other.kind == kind)
-            for name, answer in (("moments", judge_contact(prediction.contact).answer), ("verdict", unseen.answer)):
-                outcome = "undecided" if answer == "undecided" else "right" if answer == truth else "wrong"
-                said.setdefault(f"{row['class']}, {name}", {}).setdefault(factor, Counter())[outcome] += 1
-    rows = [
-        (kind, *(f"{of[f]['right']}, {of[f]['undecided']}, {of[f]['wrong']}" for f in FACTORS))
-        for kind, of in said.items()
-    ]
-    heads = ("class", *(f"at {factor:g} times the turn" for factor in FACTORS))
-    return Sheet.of("verdicts: right, undecided, wrong", heads, rows)
+        said = {factor: Counter[str]() for factor in FACTORS}
+        ratios, inside, solves = [], 0, []
+        for seed in range(surfaces):
+            found, searched = both(kind, seed)
+            if searched is None:
+                continue
+            sys.stderr.write(
+                f"{kind} {seed}: {searched.work / found.work:.3f} of the estimate, {found.low / found.work:.2f} to "
+                f"{found.high / found.work:.2f}, {searched.solves} solves; χ {found.chi:.2f}, "
+                f"Müser {found.muller:.2f}, {found.patches} patches\n"
+            )
+            ratios.append(searched.work / found.work)
+            solves.append(searched.solves)
+            inside += found.why == ()
+            for factor in FACTORS:
+                sticky = found.sticky(factor * searched.work)
+                said[factor]["undecided" if sticky is None else "right" if sticky is (factor > 1) else "wrong"] += 1
+        scatter = f"{np.exp(np.mean(np.log(ratios))):.2f} ({min(ratios):.2f} - {max(ratios):.2f})" if ratios else ""
+        counts = (f"{of['right']}, {of['undecided']}, {of['wrong']}" for of in said.values())
+        rows.append((kind, len(ratios), inside, scatter, int(np.median(solves)) if solves else "", *counts))
+    heads = ("class", "surfaces", "in its range", "threshold over estimate", "trial solves of the search",
+             *(f"at {factor:g}" for factor in FACTORS))  # fmt: skip
+    return Sheet.of("verdicts by one state: right, undecided, wrong", heads, rows)
 
 
 def alarms() -> Sheet:
@@ -254,16 +211,12 @@ def alarms() -> Sheet:
 
 
 def main() -> None:
-    """Find the turns, or show what the verdicts come to."""
+    """Show what the verdicts come to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--solve", action="store_true", help="find the turns anew")
-    if parser.parse_args().solve:
-        out = io.StringIO()
-        writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows((*solved(), *of_the_record()))
-        output.save(STICKY / "summits.csv", out.getvalue(), own=True)
-    sys.stdout.write("\n\n".join(sheet.markdown() for sheet in (alarms(), verdicts())) + "\n")
+    parser.add_argument("--alarms", action="store_true", help="clean surfaces that are called not Gaussian")
+    parser.add_argument("--surfaces", type=int, default=SURFACES, help="surfaces of each class")
+    given = parser.parse_args()
+    sys.stdout.write((alarms() if given.alarms else verdicts(given.surfaces)).markdown() + "\n")
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 from pandas import DataFrame, concat, read_csv
 
-import continuum.sticky
 from continuum.model.walls.attraction import Shape, attraction_on_core
 from continuum.show.sheet import Sheet
 from continuum.theory.persson import PerssonContact
@@ -31,7 +30,7 @@ def recorded() -> DataFrame:
     """Turns at 1 % area and more: those that tested the law, and those from which it was made."""
     tested = read_csv(MEASURED / "law.csv").assign(source="law", period=lambda rows: rows.n)
     tested = tested.assign(energy=tested.moment_1 / 4)
-    made = read_csv(Path(continuum.sticky.__file__).parent / "record.csv").query("source == 'turn'")
+    made = read_csv(Path(__file__).parent / "record" / "record.csv").query("source == 'turn'")
     names = {"law": "shape", "rms_height": "height", "rms_slope": "slope", "conformal_energy": "energy"}
     made = made.rename(columns=names).assign(area=0.01, period=2 * made.lambda_L, source="record")
     columns = ["source", "shape", "hurst", "lambda_s", "lambda_L", "period", "seed", "area", "height", "slope",

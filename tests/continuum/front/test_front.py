@@ -198,8 +198,8 @@ def test_commands_as_functions(tmp_path: Path) -> None:
 def test_a_prediction_in_one_line(tmp_path: Path) -> None:
     np.save(tmp_path / "map.npy", Rough(32).heights())
     found = c.predict(tmp_path / "map.npy", size="10nm", unit="A", material=["mica", "mica"], solve=False)
-    assert "The paper's Eq. (6) has a margin of " in found.sentence
-    assert "Pastewka-Robbins" in found._repr_html_()
+    assert "threshold w_c = " in found.sentence
+    assert "critical work of adhesion" in found._repr_html_()
     assert found.write(tmp_path / "page", "map")[0].stat().st_size > 10000
 
 

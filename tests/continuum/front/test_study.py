@@ -15,6 +15,7 @@ import continuum as c
 from continuum.arguments import ArgumentError
 from continuum.cli import main
 from continuum.errors import InputError
+from continuum.sticky.criteria import Answer
 from continuum.sticky.study import Spot, ranked, scans
 from tests.problems import Rough
 
@@ -38,8 +39,15 @@ class Found(Spot):
 
     def __init__(self, sample: str, name: str, margin: float | None) -> None:
         super().__init__(sample, name, (), None)
-        self.__dict__["margin"] = margin
-        self.__dict__["answer"] = "undecided" if margin is None else "sticky" if margin > 1 else "not sticky"
+        object.__setattr__(self, "_factor", margin)
+
+    @property
+    def margin(self) -> float | None:
+        return self.__dict__["_factor"]
+
+    @property
+    def answer(self) -> Answer:
+        return "undecided" if self.margin is None else "sticky" if self.margin > 1 else "not sticky"
 
 
 def test_the_interval_is_students_with_the_scatter_of_all_spots() -> None:
@@ -81,7 +89,7 @@ def test_a_folder_is_ranked_in_a_table_on_a_page_and_in_files(
     first, second = found.samples
     assert first.margin is not None
     assert second.margin is not None
-    # Each spot is the contact that its file is by itself, and w at the turn goes at least with the square of heights.
+    # Each spot is the contact that its file is by itself, and its threshold goes at least with the square of heights.
     alone = c.predict(folder / "polished_1.npy", **KNOWN, solve=False)
     assert first.spots[0].found is not None
     assert first.spots[0].found.json() == alone.json()
@@ -93,7 +101,7 @@ def test_a_folder_is_ranked_in_a_table_on_a_page_and_in_files(
     assert said.startswith("polished is the stickiest of 2 samples")
     rows = list(csv.DictReader((out / "wafers-study.csv").read_text().splitlines()))
     assert [(row["rank"], row["sample"]) for row in rows] == [("1", "polished"), ("2", "ground")]
-    assert float(rows[0]["w over that of the turn"]) == pytest.approx(first.margin)
+    assert float(rows[0]["w/w_c"]) == pytest.approx(first.margin)
     assert float(rows[0]["lower end"]) < first.margin < float(rows[0]["upper end"])
     spots = list(csv.DictReader((out / "wafers-study-spots.csv").read_text().splitlines()))
     assert [(row["sample"], row["spot"]) for row in spots] == [("polished", "1"), ("polished", "2"),

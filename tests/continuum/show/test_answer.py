@@ -1,107 +1,208 @@
-"""The answer, its tables and its figure do not contradict one another about which theories count."""
+"""The answer is at most ten lines whatever is known, and its tables, figure and files say the same."""
 
 from __future__ import annotations
 
+import json
+import re
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import continuum
+import continuum.cli
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
-from continuum.show.answer import percent
-from continuum.show.prediction import prediction_sheets
+from continuum.show.answer import _range_and_heights, statements, times
+from continuum.show.prediction_data import row
 from continuum.show.prediction_figures import overview
-from continuum.sticky.criteria import CRITERIA
 from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import Prediction, prediction_of
-from continuum.sticky.record import turning_margin
-from continuum.sticky.simulate import Simulation
-from continuum.sticky.verdict import answer_at, judge
+from continuum.sticky.probe import ProbePullOff
+from continuum.sticky.threshold import RANGES, Basis, MapThreshold, RangePoint
+from continuum.topography import faults
+from continuum.topography.faults import NOT_GAUSSIAN, MapFault
 from continuum.topography.map import Topography
 
-
-def predicted(slope: float, worn: bool = False, factor: float = 1.0) -> Prediction:
-    grid = Grid.square(64)
-    heights = SelfAffine(0.8, slope, 8.0, 32.0).synthesise(grid, np.random.default_rng(1))
-    if worn:
-        heights = np.minimum(heights, np.quantile(heights, 0.8))
-    pixel = 1e-9
-    size = (pixel * grid.lengths[0], pixel * grid.lengths[1])
-    interface = Interface(1e9, factor * 1e-6 * pixel * 1e9, 0.6 * slope * pixel, pixel)
-    return prediction_of([Topography(pixel * heights, size, periodic=True)], interface)
+NANO = 1e-9
+INTERFACE = Interface(1e9, 0.05, 0.5 * NANO, 0.3 * NANO, probe=1e-5)
 
 
-def counted(found: Prediction) -> set[str]:
-    """Names of the criteria that the table of verdicts calls in their range, but for the necessary condition."""
-    table = next(sheet for sheet in prediction_sheets(found) if sheet.title.startswith("Is it sticky"))
-    return {str(row[0]) for row in table.rows if str(row[-1]).startswith("yes")} - {"necessary adhesion"}
+def surface(seed: int = 1) -> Topography:
+    grid = Grid.square(32)
+    heights = SelfAffine(0.8, 0.1, 8.0, 16.0).synthesise(grid, np.random.default_rng(seed))
+    return Topography(NANO * heights, (32 * NANO, 32 * NANO), periodic=True)
 
 
-def counted_in_row(found: Prediction) -> set[str]:
-    """The same by the row of ``--csv``."""
-    inside = ": in its range"
-    names = {name.removesuffix(inside) for name, said in found.row().items() if name.endswith(inside) and said == "yes"}
-    return names - {"necessary adhesion"}
+PREDICTED = prediction_of([surface()], INTERFACE)
+SOLVED = PREDICTED.solved()
 
 
-def labels(found: Prediction) -> set[str]:
-    return {str(line.get_label()) for axis in overview(found).axes for line in axis.lines}
+def known(work: float, low: float, high: float, source: Basis = Basis.STATE, **more: object) -> MapThreshold:
+    """A threshold in units of the given work of adhesion, alike at all ranges."""
+    w = INTERFACE.work_of_adhesion
+    curve = tuple(RangePoint(reach, work * w, low * w, high * w) for reach in RANGES)
+    grid = Grid.square(32)
+    given: dict[str, object] = {
+        "work": work * w, "low": low * w, "high": high * w, "source": source, "range": 0.5 * NANO, "curve": curve,
+        "gap": np.ones(grid.shape), "wall": LennardJonesSpline(0.1), "grid": grid,
+        "map": Grid.square(32), "warnings": (),
+    }  # fmt: skip
+    return MapThreshold(**(given | more))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("slope", [0.1, 0.6])
-def test_theories_that_the_answer_names_are_in_their_range_everywhere(slope: float) -> None:
-    found = predicted(slope)
-    verdict = judge(found)
-    assert verdict.probability is not None
-    named = {criterion.name for criterion in CRITERIA.values() if criterion.name in verdict.why[0]}
-    assert "Pastewka-Robbins" in named
-    assert named == counted(found) == counted_in_row(found)
-    assert "it is out of its range" not in found.sentence
-    assert ("judged with smaller heights, as h' = 0.6 is above 0.3" in found.sentence) is (slope > 0.3)
-    assert "together, in range" in labels(found)
+def with_threshold(*bounds: float, **more: object) -> Prediction:
+    return replace(PREDICTED, threshold=known(*bounds, **more))  # type: ignore[arg-type]
 
 
-def test_no_theory_counts_on_a_map_that_is_not_gaussian() -> None:
-    found = predicted(0.1, worn=True)
-    assert found.excluding
-    assert not counted(found)
-    assert not counted_in_row(found)
-    assert "together, in range" not in labels(found)
-    assert "10 and 90 %" in labels(found)
+@pytest.mark.parametrize(
+    ("bounds", "first", "third"),
+    [
+        ((0.5, 0.4, 0.55), "Sticky: w is 2 times the threshold, which is known to 25 %", "It would not be sticky with "
+         "w below 25 mJ/m², E* above 2 GPa, or heights and slopes 1.4 times as large"),
+        ((4.0, 3.8, 4.2), "Not sticky: w is 0.25 times the threshold, which is known to 5 %", "It would be sticky with "
+         "w above 200 mJ/m², E* below 250 MPa, or heights and slopes 0.5 times as large"),
+        ((2.0, 1.5, np.inf), "Not sticky: w is 0.5 times the threshold, which is at least 75 mJ/m²", None),
+        ((0.5, 0.0, 0.8), "Sticky: w is 2 times the threshold, which is at most 40 mJ/m²", None),
+        ((6.0, 2.0, 7.0), "Not sticky: w is 0.17 times the threshold, which is known to a factor of 3", None),
+        ((1.0, 0.9, 1.1), "Undecided: w = 50 mJ/m² lies between 45 mJ/m² and 55 mJ/m²",
+         "It would be not sticky with w below 45 mJ/m², sticky with w above 55 mJ/m²"),
+        ((1.0, 0.0, np.inf), "Undecided: w = 50 mJ/m² lies between ", "It would be "),
+    ],
+)  # fmt: skip
+def test_the_answer_its_factor_and_what_would_change_it(
+    bounds: tuple[float, ...], first: str, third: str | None
+) -> None:
+    said = statements(with_threshold(*bounds))
+    assert said[0].startswith(first)
+    assert third is None or said[2].startswith(third)
 
 
-def test_nor_on_one_that_is_too_steep() -> None:
-    found = predicted(1.5)
-    assert not counted(found)
-    assert not counted_in_row(found)
-    assert "it is out of its range" in found.sentence
+@given(st.floats(0.2, 5.0), st.floats(0.3, 3.0))
+def test_a_change_that_is_said_changes_the_answer(power: float, share: float) -> None:
+    """Under w_c = c range^-power, range and heights at which w_c is w are known: s^(2 + power) = w/w_c."""
+    reach = 0.5 * NANO
+    curve = [(one, (one / reach) ** -power) for one in np.geomspace(1e-11, 1e-7, 400)]
+    threshold = known(1.0, 0.9, 1.1, curve=tuple(RangePoint(one, w, w, w) for one, w in curve))
+    there, heights = _range_and_heights(replace(threshold, work=1.0), share, reach)
+    assert heights == pytest.approx(share ** (1 / (2 + power)), rel=1e-6)
+    expected = reach * share ** (-1 / power)
+    if 1e-11 < expected < 1e-7 and abs(np.log(share)) > 1e-6:
+        assert there == pytest.approx(expected, rel=1e-6)
 
 
-def test_beside_the_solver_the_paper_says_what_its_record_says() -> None:
-    """Its criterion by itself would say not sticky where the record has half of such surfaces sticky."""
-    one = predicted(0.1)
-    half = turning_margin((CRITERIA[one.paper.key],), one.contact)
-    found = predicted(0.1, factor=half / (one.paper.margin or np.nan))
-    assert found.paper.sticky is False
-    grid = Grid.square(4)
-    solved = Simulation(
-        area_rep=0.01, area_ratio=1.0, load=-1.0, kappa=-1.0, jumped=False, gap=np.ones(grid.shape),
-        wall=LennardJonesSpline(0.1), grid=grid, map=grid, warnings=(),
-    )  # fmt: skip
-    for prediction, said in ((found, "undecided"), (predicted(0.1, worn=True), "-")):
-        sheets = prediction_sheets(replace(prediction, simulation=solved))
-        rows = {row[0]: row for sheet in sheets if sheet.title.startswith("Solved") for row in sheet.rows}
-        assert rows["verdict at the given w"][1:] == (said, "sticky")
+def test_a_range_that_no_point_of_the_curve_needs_is_left_out() -> None:
+    assert _range_and_heights(known(2.0, 1.9, 2.1), 1.0, 0.5 * NANO)[0] is None
+    alone = known(2.0, 1.9, 2.1, curve=())
+    assert _range_and_heights(alone, alone.work / 4, 0.5 * NANO) == (None, pytest.approx(0.5))
 
 
-@given(st.floats(0, 1))
-def test_a_printed_probability_is_never_certain_and_agrees_with_its_answer(probability: float) -> None:
-    text = percent(probability)
-    number = float(text.removeprefix("less than ").removeprefix("more than ").removesuffix(" %"))
-    assert 1 <= number <= 99
-    assert abs(number / 100 - probability) <= 0.01 + 1e-12  # one more than rounding, where that would cross the limit
-    assert answer_at(number / 100) == answer_at(probability)
+@given(st.floats(1e-12, 1e12))
+def test_a_factor_is_never_said_to_be_one_where_it_is_not_nearly(ratio: float) -> None:
+    assert float(times(ratio)) == pytest.approx(ratio, rel=0.051)
+    assert times(ratio) != "1" or abs(ratio - 1) < 0.006
+
+
+ARTEFACTS = [artefact for stage in (*faults.LEVELLING, *faults.ROUGHENING) for artefact in stage]
+EVERY_FAULT = tuple(
+    MapFault(f"fault {i}", f"fault {i}, 1.2 % of the points", {"fill": "5%"} if i % 2 else {}, of_the_heights=True)
+    for i in range(len(ARTEFACTS))
+)
+PULL = ProbePullOff(1e-5, 1e-6, 2e-6, 0.03, 1e-6, 3e-6, 1e-7, 0.5, 0.4)
+"""With an interval and a bound before full contact."""
+SILICON = {"material": ["silicon", "silicon"], "work": "20mJ/m2", "probe": "10um"}
+COATED = {"modulus": "1GPa", "poisson": "0.3", "coating": "2nm:3GPa:0.3", "work": "20mJ/m2", "range": "0.5nm"}
+HEIGHTS = 1e9 * surface().heights
+
+
+def predicted(*maps: Any, **given: Any) -> Prediction:
+    return continuum.predict(*maps, size="32nm", unit="nm", solve=False, **given)
+
+
+KINDS: dict[str, Callable[[], Prediction]] = {
+    "solved": lambda: SOLVED,
+    "not solved": lambda: PREDICTED,
+    "two bodies": lambda: predicted(HEIGHTS, HEIGHTS.T.copy(), **SILICON),
+    "tip": lambda: predicted(HEIGHTS, tip="20nm", **SILICON),
+    "coating": lambda: predicted(HEIGHTS, **COATED),
+    "line": lambda: predicted(np.random.default_rng(1).standard_normal(128).cumsum().reshape(-1, 1) * 0.1, **SILICON),
+    "every fault": lambda: replace(
+        SOLVED,
+        threshold_as_measured=SOLVED.threshold,
+        findings=(replace(SOLVED.findings[0], faults=EVERY_FAULT),),
+    ),
+    "search": lambda: with_threshold(1.0, 0.99, 1.02, source=Basis.SEARCH),
+    "bounds": lambda: with_threshold(1.0, 0.0, np.inf, source=Basis.BOUNDS, why=("a reason",), curve=()),
+    "no number": lambda: with_threshold(np.nan, 0.0, np.inf, source=Basis.BOUNDS, why=("a reason",), curve=()),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_answer_is_short_and_the_tables_the_files_and_the_figure_agree(kind: str) -> None:
+    found = KINDS[kind]()
+    lines = statements(found)
+    # The terminal adds the files of the page and of --json.
+    assert 1 <= len(lines) <= 8
+    assert all(line and len(line) < 600 and "nan" not in line for line in lines)
+    assert lines[0].lower().startswith(found.verdict.answer)
+    cells = row(found)
+    assert cells["verdict"] == found.verdict.answer
+    sheets = found.sheets()
+    assert (found.threshold is None) == (not any(sheet.title == "Threshold" for sheet in sheets))
+    assert json.loads(found.json())["verdict"]["answer"] == found.verdict.answer
+    assert all(fault.kind in found.sentence for fault in found.faults)
+    panels = [axis for axis in overview(found).axes if axis.get_title(loc="left")]
+    assert len(panels) == (2 if found.threshold is None else 4 if found.threshold.curve else 3)
+
+
+@pytest.mark.parametrize("probe", [PULL, replace(PULL, rim=None), replace(PULL, least=None, apparent=None, rim=None)])
+def test_a_probe_is_one_line(probe: ProbePullOff, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Prediction, "probe", probe)
+    (said,) = [line for line in statements(SOLVED) if line.startswith("Pull-off force of a probe of radius 10 µm: ")]
+    assert ("before full contact" in said) == (probe.rim is not None)
+    assert ("1 µN to 2 µN" in said) == (probe.least is not None)
+
+
+def test_every_artefact_that_is_looked_for_is_one_name_in_one_line() -> None:
+    assert len(EVERY_FAULT) > 8
+    (said,) = [line for line in statements(KINDS["every fault"]()) if line.startswith("Faulty map")]
+    assert said.count("fault ") == len(EVERY_FAULT)
+    only = replace(SOLVED.findings[0], faults=(MapFault(NOT_GAUSSIAN, "a text", excludes="what to do"),))
+    assert not any("a text" in line for line in statements(replace(SOLVED, findings=(only,))))
+    assert said.count("--fill 5%") == 1
+
+
+def test_a_row_has_the_threshold_its_error_faults_and_the_parameters_of_instruments() -> None:
+    found = row(SOLVED)
+    threshold = SOLVED.threshold
+    assert threshold is not None
+    assert [found[f"w_c{end}_J/m2"] for end in ("", " low", " high")] == [
+        threshold.work, threshold.low, threshold.high,
+    ]  # fmt: skip
+    assert {"Sq_m", "Sa_m", "Sz_m", "Sdq", "Sdr", "Ssk", "Sku", "faults", "w_c from"} <= set(found)
+    assert found["Sq_m"] == pytest.approx(found["rms_height_m"])
+    assert "Sq_m" not in row(KINDS["line"]())  # a spectrum has no heights
+
+
+def test_ten_lines_and_a_page_that_begins_with_the_answer(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    np.save(tmp_path / "map.npy", HEIGHTS)
+    words = ["predict", str(tmp_path / "map.npy"), "--size", "32nm", "--unit", "nm", "--no-solve", "--probe", "10um"]
+    words += ["--material", "silicon", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]
+    assert continuum.cli.main(words) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= 10
+    assert lines[-2].endswith("map-predict.html")
+    page = (tmp_path / "map-predict.html").read_text()
+    assert re.findall(r'<p class="verdict">(.*?)</p>', page) == [lines[0]]
+    assert "Hann" not in "".join(lines)
+    monkeypatch.setattr(Prediction, "write", lambda *_: [tmp_path / "map-predict.html"])
+    assert continuum.cli.main(["-v", *words]) == 0
+    assert "Theories, for comparison" in capsys.readouterr().out

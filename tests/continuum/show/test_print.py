@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -16,18 +17,17 @@ from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.runs.analysis import analyse_run
 from continuum.show import plot
-from continuum.show.prediction_figures import contact_figure, fault_figure, overview
+from continuum.show.prediction_figures import fault_figure, overview
 from continuum.show.run_figures import draw_analysis, draw_run, map_figure
 from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import prediction_of
-from continuum.sticky.simulate import simulate
 from continuum.topography.map import Topography
 from continuum.topography.mending import detrend
 from tests.faulty_maps import faulty
 from tests.printed import faults_in_print
 
 
-def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figure]) -> None:
+def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figure], print_quality: float) -> None:
     result = continuum.run(small)
     draw_run(result)
     draw_analysis(analyse_run(result))
@@ -35,26 +35,25 @@ def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figu
     assert {name: faults_in_print(figure) for name, figure in drawn.items()} == {f"small-{n}": [] for n in names}
     with Image.open(BytesIO(plot.image_bytes(drawn["small-sizes"]))) as image:
         dpi = image.info["dpi"][0]
-        assert dpi == pytest.approx(300, abs=0.1)
+        assert dpi == pytest.approx(print_quality, abs=0.1)
         assert image.size[0] / dpi * 2.54 == pytest.approx(8.7, abs=0.02)
     first = result.points[0]
     assert faults_in_print(map_figure(result.contact_map(0), result.grid.lengths, first.area_rep, first.load)) == []
 
 
 def test_figures_of_a_prediction() -> None:
+    """With the state of its threshold, and with bounds only."""
     grid = Grid.square(64)
     maps = [
         Topography(SelfAffine(0.8, 0.1, 8.0, 32.0).synthesise(grid, np.random.default_rng(seed)), grid.lengths, True)
         for seed in (1, 2)
     ]
-    assert faults_in_print(overview(prediction_of(maps, Interface(1.0, 0.005, 0.35, 1.0)))) == []
-
-
-def test_the_figure_of_a_solved_contact() -> None:
-    grid = Grid.square(32)
-    heights = SelfAffine(0.8, 0.1, 8.0, 16.0).synthesise(grid, np.random.default_rng(1))
-    found = simulate(Topography(heights, grid.lengths, True), Interface(1.0, 0.05, 2.0, 1.0))
-    assert faults_in_print(contact_figure(found)) == []
+    found = prediction_of(maps, Interface(1.0, 0.005, 0.35, 1.0))
+    solved = found.solved(search=False)
+    assert solved.threshold is not None
+    bounds = replace(solved.threshold, low=0.0, high=np.inf, curve=())
+    for one in (solved, replace(solved, threshold=bounds)):
+        assert faults_in_print(overview(one)) == []
 
 
 def test_the_figure_of_a_faulty_map() -> None:

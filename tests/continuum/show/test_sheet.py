@@ -51,7 +51,7 @@ def test_a_row_of_another_length_is_refused() -> None:
         Sheet.of("t", ("a", "b"), [("only one",)])
 
 
-def test_a_page_stands_alone_and_escapes_what_it_is_told(tmp_path: Path) -> None:
+def test_a_page_stands_alone_and_escapes_what_it_is_told(tmp_path: Path, print_quality: float) -> None:
     figure = new_figure(1, 1)
     figure.subplots()
     picture = save_figure(figure, tmp_path / "figure")
@@ -60,8 +60,8 @@ def test_a_page_stands_alone_and_escapes_what_it_is_told(tmp_path: Path) -> None
     text = page.write(tmp_path / "page.html").read_text()
     assert "<script" not in text
     assert text.count("&lt;") == 5  # the title twice
-    # An inch of a figure has 300 pixels, whatever its width: letters are of one size.
-    assert 'width="150" src="data:image/png;base64,' in text
+    # An inch of a figure has the same pixels, whatever its width: letters are of one size.
+    assert f'width="{print_quality / 2:g}" src="data:image/png;base64,' in text
     assert "http" not in text
 
 

@@ -10,10 +10,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import continuum as c
 from continuum.arguments import ArgumentError
 from continuum.sticky.materials import Body, Interface, materials, read_interface
 from continuum.sticky.prediction import prediction_of
-from continuum.sticky.simulate import resolvable, simulate
+from continuum.sticky.threshold import press_map
 from continuum.topography.faults import directions, find_faults
 from continuum.topography.map import Topography, mirror, opposed
 from continuum.topography.mending import (
@@ -76,7 +77,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "read_interface": (read_interface, {"material": "mica", "modulus": (), "poisson": (), "contact_modulus": None,
                                         "work": None, "range": None, "spacing": None}),
     "prediction_of": (prediction_of, {"topographies": [MAP], "interface": CONTACT}),
-    "resolvable": (resolvable, {"topography": MAP, "interface": CONTACT}),
+    "press_map": (press_map, {"topography": MAP, "interface": CONTACT}),
 }  # fmt: skip
 
 
@@ -104,7 +105,7 @@ def test_an_interface_is_of_positive_numbers(name: str, value: Any) -> None:
 
 def test_threads_of_a_solution_are_counted_before_it_begins() -> None:
     with pytest.raises(ArgumentError, match=r"^threads = 0: "):
-        simulate(MAP, CONTACT, threads=0)
+        c.predict(HEIGHTS, size="1um", unit="nm", material="mica", threads=0)
 
 
 def test_a_masked_point_is_a_missing_one() -> None:

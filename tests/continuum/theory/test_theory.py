@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from continuum.sticky.criteria import CRITERIA, RoughContact, every_estimate, verdicts
+from continuum.sticky.criteria import CRITERIA, Estimate, RoughContact, every_estimate
 from continuum.theory import paper, rough, smooth
 
 positive = st.floats(0.1, 10)
@@ -287,6 +287,11 @@ contacts = st.builds(
     conformal_energy=st.floats(1e-4, 1),
     spacing=st.just(1.0),
 )
+
+
+def verdicts(contact: RoughContact) -> tuple[Estimate, ...]:
+    """The criteria of stickiness among all estimates."""
+    return tuple(one for one in every_estimate(contact) if one.margin is not None)
 
 
 @given(contacts)

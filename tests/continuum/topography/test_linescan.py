@@ -152,4 +152,5 @@ def test_a_file_with_one_column_is_a_line_scan(tmp_path: Path, capsys: pytest.Ca
     command = ["predict", str(path), "--size", "512nm", "--unit", "nm", "--estar", "10GPa", "--work", "50mJ/m2",
                "--no-solve", "--range", "0.35nm", "-o", str(tmp_path / "out")]  # fmt: skip
     assert main(command) == 0
-    assert "from 1 line" in " ".join(capsys.readouterr().out.split())
+    assert "not a map" in capsys.readouterr().out
+    assert "from 1 line" in (tmp_path / "out" / "stylus-predict.html").read_text()

@@ -1,9 +1,9 @@
 """The record of the criteria: the probability of stickiness at a given margin, from surfaces like the one judged.
 
 It has two parts, both in units of pixels and E* = 1.  That of whole maps (``record.csv``, made by
-``tests/studies/record.py``) holds Gaussian surfaces of two kinds: with the work of adhesion at which the load at 1 %
-repulsive area changes its sign on approach, and with one work of adhesion and the sign found there.  That of summits
-(``summits.csv``, made by ``tests/studies/classes.py``) holds Gaussian, worn, honed, pitted, beaded and other surfaces
+``python -m tests.studies.record``) holds Gaussian surfaces of two kinds: with the work of adhesion at which the load at
+1 % repulsive area changes its sign on approach, and with one work of adhesion and the sign found there.  That of
+summits (``summits.csv``) holds Gaussian, worn, honed, pitted, beaded and other surfaces
 with the work at which they turn; its moments are those of the upper twentieth of the points.
 
 An exact criterion has a margin of 1 at the turn.  The probability that a contact with a given margin is sticky is the
@@ -20,7 +20,7 @@ import csv
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from importlib import resources
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -82,7 +82,7 @@ def _numbers(contact: RoughContact) -> list[float]:
 @cache
 def recorded(part: Part = "map") -> tuple[Surface, ...]:
     """The surfaces of the record."""
-    text = resources.files("continuum.sticky").joinpath(_FILES[part]).read_text()
+    text = Path(__file__).with_name(_FILES[part]).read_text()
     found = []
     for row in csv.DictReader(text.splitlines()):
         height, slope, curvature, work, reach, energy = (float(row[name]) for name in _COLUMNS)

@@ -1,10 +1,10 @@
-"""The measured record of the criteria of stickiness, ``continuum/sticky/record.csv``, from the files of sweeps.
+"""The measured record of the criteria of stickiness, ``tests/studies/record/record.csv``, from the files of sweeps.
 
 Run as ``python -m tests.studies.record FOLDER ...``: sweeps over the work of adhesion at a given range
 (``inputs/sweep/who-is-right.toml``) give surfaces with the work at which they turn; those of the paper's law
 (``figure4.toml``) give states, sticky or not.  Rows of the record that no sweep has anew stay.  Without a folder: the
-table of docs/predict.md, of the record as it is.  With ``--law`` the turns that judged docs/law.md are added, those at
-other periods included.
+tables of docs/studies/predict-record.md, of the record as it is.  With ``--law`` the turns that judged docs/law.md are
+added, those at other periods included.
 """
 
 from __future__ import annotations
@@ -24,18 +24,17 @@ import numpy as np
 from pandas import DataFrame, concat, read_csv
 from scipy.stats import mannwhitneyu
 
-import continuum.sticky
 from continuum.files import output
 from continuum.paper.dispute import conformal_energies, crossovers
 from continuum.paper.points import sweep_points
 from continuum.show.sheet import Column, Sheet
 from continuum.sticky.criteria import AREA, CRITERIA, RoughContact
-from continuum.sticky.record import Surface, recorded
-from continuum.sticky.verdict import judge_contact
 from continuum.sweeps.collect import PointTable, collect
+from tests.studies.record.judged import NECESSARY, judge_contact
+from tests.studies.record.votes import Surface, recorded
 
-STICKY = Path(continuum.sticky.__file__).parent
-MEASURED = Path(__file__).parents[2] / "docs" / "measured"
+HERE = Path(__file__).parent
+MEASURED = Path(__file__).parents[3] / "docs" / "measured"
 LAW = MEASURED / "law.csv", MEASURED / "law-period.csv"
 COLUMNS = (
     "source", "law", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature",
@@ -104,7 +103,7 @@ def record_sheet() -> Sheet:
     """Each criterion on the record: its margins at the turns in its range, and how often it is right on the states."""
     turns, others = _kinds()
     rows = []
-    for criterion in (one for one in CRITERIA.values() if one.margin and one.sufficient):
+    for criterion in (one for one in CRITERIA.values() if one.margin and one.key != NECESSARY):
         found = [criterion(surface.contact) for surface in turns]
         valid = np.array([estimate.valid for estimate in found])
         margins = np.array([estimate.margin for estimate in found], dtype=float)
@@ -131,7 +130,7 @@ def discrimination_sheet() -> Sheet:
     half = CRITERIA["half-conformal-energy"]
     near = np.abs([np.log(half(surface.contact).margin or np.nan) for surface in others]) < np.log(3)
     rows = []
-    for criterion in (one for one in CRITERIA.values() if one.margin and one.sufficient):
+    for criterion in (one for one in CRITERIA.values() if one.margin and one.key != NECESSARY):
         found = [criterion(surface.contact) for surface in others]
         margins = np.array([estimate.margin for estimate in found], dtype=float)
         heard, says = np.array([estimate.valid for estimate in found]), margins > 1
@@ -207,7 +206,7 @@ def _same(one: Surface, other: Surface) -> bool:
 
 @cache
 def _seeds() -> dict[float, str]:
-    rows = csv.DictReader((STICKY / "record.csv").read_text().splitlines())
+    rows = csv.DictReader((HERE / "record.csv").read_text().splitlines())
     return {float(row["rms_curvature"]): row["seed"] for row in rows}
 
 
@@ -219,7 +218,7 @@ def main() -> None:
     """Write the record, or show what it comes to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="*", type=Path, help="of sweeps")
-    parser.add_argument("--record", type=Path, default=STICKY / "record.csv")
+    parser.add_argument("--record", type=Path, default=HERE / "record.csv")
     parser.add_argument("--law", action="store_true", help="add the turns of docs/measured/law.csv and law-period.csv")
     given = parser.parse_args()
     if not (given.folders or given.law):
@@ -236,7 +235,3 @@ def main() -> None:
     writer.writeheader()
     writer.writerows(rows)
     output.save(given.record, out.getvalue(), own=True)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,95 @@
+"""A measured map on the grid of the solver: heights, law of attraction, and what its pixels resolve.
+
+The wall has the attraction of the paper's law, with work of adhesion and effective range apart, on a core that is stiff
+compared with the elastic response of one pixel.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from continuum import units
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.problem import ContactProblem
+from continuum.model.resolution import unresolved
+from continuum.model.walls import LennardJonesSpline, Wall
+from continuum.model.walls.attraction import attraction_on_core
+from continuum.topography.map import Topography, mirror
+
+SAFE = 2.0
+"""Shortest wavelength that may snap, in pixels."""
+CORE_STIFFNESS = 5.0
+"""Stiffness of the wall's core, in E* per pixel."""
+
+
+class UnresolvedError(ValueError):
+    """The map is too coarse for a solution: the message has the reason."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SolvedMap:
+    """A state that was solved on a map, with its grids."""
+
+    gap: Real = field(repr=False)
+    """Gap over ``grid``, in its unit."""
+    wall: Wall = field(repr=False)
+    grid: Grid = field(repr=False)
+    """Grid of the map and its mirror images, in the unit of the solver."""
+    map: Grid = field(repr=False)
+    """Grid of the map itself, whose points are the first of ``grid`` in each direction; in units of the interface."""
+    warnings: tuple[str, ...]
+
+
+def shortest_range(topography: Topography, adhesion_length: float) -> float:
+    """The shortest effective range that the pixels resolve at a given l_a = w/E*; both in the unit of the map.
+
+    Flats under the paper's law of reach r snap above π E*/softening = (π/4) r²/l_a, which is two pixels here.
+    """
+    pixel = max(topography.grid.spacing)
+    return LennardJonesSpline(1.0).effective_range * float(np.sqrt(4 / np.pi * SAFE * pixel * adhesion_length))
+
+
+def check_resolved(topography: Topography, shortest: float) -> None:
+    """Raise UnresolvedError where the shortest range that the pixels resolve exceeds the rms height of the map."""
+    if shortest > (height := float(topography.heights.std())):
+        pixel, needed, rms = (
+            units.readable(value, "length", 3) for value in (max(topography.grid.spacing), shortest, height)
+        )
+        raise UnresolvedError(
+            f"the map is too coarse for adhesion so strong and so short-ranged: pixels of {pixel} resolve ranges above "
+            f"{needed}, more than its rms height of {rms}"
+        )
+
+
+def in_place_of(shortest: float, given: float) -> str:
+    """Description of what is solved if a range in m is too short for the pixels."""
+    needed, short = (units.readable(value, "length", 3) for value in (shortest, given))
+    return (
+        f"the limit of Johnson, Kendall and Roberts: the same w with a range of {needed}, the shortest "
+        f"that the pixels resolve, in place of {short}"
+    )
+
+
+def wall_of_map(topography: Topography, unit: float) -> tuple[Grid, Real]:
+    """Grid and wall heights of a map, which is continued by its mirror images unless it is periodic.
+
+    Both are in a unit of length in m; the mean height is zero.
+    """
+    closed = topography if topography.periodic else mirror(topography)
+    grid = Grid(closed.grid.shape, (closed.lengths[0] / unit, closed.lengths[1] / unit))
+    return grid, -(closed.heights - closed.heights.mean()) / unit
+
+
+def wall_on(grid: Grid, adhesion_length: float, reach: float) -> Wall:
+    """The wall of a given l_a = w/E* and effective range, with a core for these pixels; in the unit of the grid."""
+    return attraction_on_core("spline", adhesion_length, reach, CORE_STIFFNESS / max(grid.spacing))
+
+
+def solver_doubts(problem: ContactProblem, slope: float, topography: Topography, unit: str) -> list[str]:
+    """Warnings about a solution on a map: what its pixels do not resolve, and how the map was continued.
+
+    The text ``unit`` describes a0.
+    """
+    doubts = [f"solver, a0 being {unit} and the grid that of the map: {text}" for text in unresolved(problem, slope)]
+    return doubts + ([] if topography.periodic else ["solved on the map and its mirror images"])

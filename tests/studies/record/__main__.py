@@ -1,0 +1,3 @@
+from tests.studies.record import main
+
+main()
