@@ -196,8 +196,7 @@ def predict(
     if csv is not None:
         return _predict_each(maps, csv, solve, threads, given)
     began = time.monotonic()
-    tell(f"reading {', '.join(map(str, maps))}")
-    found = _predicted(maps, given)
+    found = _predicted(maps, given, tell)
     # Checked before hours of work, but after the input.
     files.folder(output)
     for path in filter(None, [json]):
@@ -219,9 +218,11 @@ def predict(
     return NOT_CONVERGED if missed else OK
 
 
-def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> Prediction:
+def _predicted(
+    maps: Sequence[Path], given: dict[str, Any], told: Callable[[str], None] = lambda text: None
+) -> Prediction:
     try:
-        return predictions.unsolved(maps, given)
+        return predictions.unsolved(maps, given, told)
     except (TopographyError, InterfaceError) as error:
         known = inspect.signature(predictions.predict).parameters
         raise type(error)(as_options(str(error), known)) from error
