@@ -3,7 +3,7 @@
 import inspect
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -64,8 +64,7 @@ def predict(
     if csv is not None:
         return _predict_each(maps, csv, solve, threads, given)
     began = time.monotonic()
-    tell(f"reading {', '.join(map(str, maps))}")
-    found = _predicted(maps, given)
+    found = _predicted(maps, given, tell)
     # Checked before hours of work, but after the input.
     files.folder(output)
     for path in filter(None, [json]):
@@ -87,9 +86,11 @@ def predict(
     return NOT_CONVERGED if missed else OK
 
 
-def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> Prediction:
+def _predicted(
+    maps: Sequence[Path], given: dict[str, Any], told: Callable[[str], None] = lambda text: None
+) -> Prediction:
     try:
-        return predictions.unsolved(maps, given)
+        return predictions.unsolved(maps, given, told)
     except (TopographyError, InterfaceError) as error:
         known = inspect.signature(predictions.predict).parameters
         raise type(error)(as_options(str(error), known)) from error

@@ -1,7 +1,7 @@
 """Predict whether a contact of one or two measured topographies is sticky."""
 
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, get_args
@@ -85,28 +85,34 @@ def predict(
     return unsolved(maps, given).solved(threads, solve)
 
 
-def unsolved(maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]) -> Prediction:
+def unsolved(
+    maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any], told: Callable[[str], None] = lambda text: None
+) -> Prediction:
     """The prediction for maps or for an input, before anything is pressed.
 
     Parameters
     ----------
     maps : see :func:`predict`.
     given : arguments of :func:`predict` by name, of which those of the maps and of the interface are used.
+    told : called with a text once the maps are read.
     """
     if len(maps) == 1 and isinstance(maps[0], str | Path) and str(maps[0]).endswith(".toml"):
         config = load(maps[0], PredictionInput)
         beside = {name: value for name, value in given.items() if not any(value is left for left in (None, (), False))}
         maps, given = config.topography.maps, {**given, **config.keys, **beside}
-    return of_maps([find(file_name("maps", one)) if isinstance(one, str | Path) else one for one in maps], given)
+    return of_maps([find(file_name("maps", one)) if isinstance(one, str | Path) else one for one in maps], given, told)
 
 
-def of_maps(maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]) -> Prediction:
+def of_maps(
+    maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any], told: Callable[[str], None] = lambda text: None
+) -> Prediction:
     """The prediction for maps, before anything is pressed.
 
     Parameters
     ----------
     maps : see :func:`predict`; any file is read as a map, never as an input.
     given : arguments of :func:`predict` by name; the others are left out.
+    told : called with a text once the maps are read.
     """
     detrend, cutoff = given.get("detrend"), given.get("cutoff")
     if detrend is not None:
@@ -122,5 +128,7 @@ def of_maps(maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]) ->
         raise
     contact, limit = contact_of(), share(given.get("fill"))
     tip_radius, shortest = (length_of(name, given.get(name)) for name in ("tip", "smallest"))
+    shapes = (f"{one.source}, {' x '.join(map(str, one.heights.shape))} points" for one in read)
+    told(f"looking at {' and at '.join(shapes)}")
     maps_ready = [prepare(one, detrend, fill=limit, cutoff=cutoff) for one in read]
     return prediction_of(maps_ready, contact, shortest, tip_radius)

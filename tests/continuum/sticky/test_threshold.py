@@ -160,9 +160,10 @@ def test_where_no_search_ends_there_are_bounds_and_their_reason(
         raise error
 
     monkeypatch.setattr("continuum.sticky.search.find_turn", refuse)
-    topography = surface(64)
-    work = press_map(topography, Interface(1.0, 1.0, RANGE, None)).threshold().work
-    found = prediction_of([topography], Interface(1.0, work, RANGE, None)).solved()
+    small = surface(64)
+    topography = Topography(1e-9 * small.heights, (64e-9, 64e-9), True)
+    work = press_map(topography, Interface(1e9, 1.0, RANGE * 1e-9, None)).threshold().work
+    found = prediction_of([topography], Interface(1e9, work, RANGE * 1e-9, None)).solved()
     assert found.threshold is not None
     assert found.threshold.source is Basis.BOUNDS
     assert found.verdict.answer == "undecided"
@@ -306,7 +307,7 @@ def test_the_command_says_what_it_does_and_then_the_answer(tmp_path: Path, capsy
     command += ["--range", "1nm", "--work", "1J/m2", "--probe", "1um", "-o", str(tmp_path)]
     assert main(command) == 0
     said = capsys.readouterr()
-    assert said.err.startswith("reading ")
+    assert said.err.startswith("looking at map.npy, 128 x 128 points")
     assert "pressing map.npy without adhesion" in said.err
     assert "solved in " in said.err
     assert len(said.out.splitlines()) <= 10
