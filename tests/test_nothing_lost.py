@@ -118,7 +118,7 @@ def test_two_runs_of_one_name_do_not_replace_one_another(tmp_path: Path) -> None
                     follow_run(config, path, force=force)
                 said.append(str(caught.value))
 
-    first = follow_run(one, path, progress=meanwhile)
+    first = follow_run(one, path, progress=meanwhile, every=0.0)
     assert first.converged
     assert any(f"process {os.getpid()}" in text for text in said[1:])
     assert "holds another result" in said[0]  # by then the first has stored a point
