@@ -5,7 +5,6 @@ so that no web page can reach it through the browser.  It serves no file of the 
 """
 
 import asyncio
-import base64
 import json
 import secrets
 import shlex
@@ -14,6 +13,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import resources
@@ -22,14 +22,15 @@ from typing import Any, BinaryIO
 from urllib.parse import unquote
 
 from tornado.httpserver import HTTPServer
+from tornado.iostream import StreamClosedError
 from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler, stream_request_body
 
-from continuum.app.opened import OpenedMap, answer, safe_name
+from continuum.app.opened import EXAMPLE, EXAMPLE_FORM, OpenedMap, answer_of, known_to_page, safe_name, solved_layers
 from continuum.app.states import OpenedResults, is_stored
 from continuum.errors import InputError
-from continuum.show.plot import contact_colours, map_colours, written_as
-from continuum.sticky.materials import materials
+from continuum.files.toml import find
+from continuum.sticky.prediction import Prediction
 
 LARGEST = 200_000_000
 """Largest upload, in bytes."""
@@ -57,8 +58,12 @@ class View:
     """The solver, running on the map in its own process."""
     began: float = 0.0
     uploads: int = 0
-    drawing: asyncio.Lock = field(default_factory=asyncio.Lock)
-    """Lock for drawing figures, as their style is global to the process."""
+    working: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Lock for solving and drawing: one thing at a time, as the style of figures is global to the process."""
+    asked: int = 0
+    """Questions so far: of those that wait or are solved, only the last one is answered."""
+    last: Prediction | None = None
+    """The last prediction of the open map."""
 
     def place(self, name: str) -> Path:
         """Path for an upload, in a new folder; raises InputError if it would be read as an input."""
@@ -70,20 +75,25 @@ class View:
         place.mkdir()
         return place / kept
 
-    def open(self, path: Path, shown: str) -> None:
+    def open(self, path: Path, shown: str, beside: bool = False) -> None:
         """Open a map in place of the open map, or results in place of the open results, which are forgotten.
 
-        Raises InputError if it is a folder without results.
+        A map ``beside`` the open one is of the other body, or joined to it.  Raises InputError if it is a folder
+        without results.
         """
         if path.is_dir() or is_stored(path):
             before = [] if self.results is None else [file.parent for file in self.results.runs.values()]
             self.results = OpenedResults.of(path)
         else:
             self.stop()
-            before = [] if self.opened is None else [self.opened.path.parent, self.opened.folder]
+            self.asked, self.last, opened = self.asked + 1, None, self.opened
+            if beside and opened is not None:
+                self.opened = OpenedMap((*opened.paths, path), (*opened.shown, shown), opened.folder)
+                return
+            before = [] if opened is None else [*(each.parent for each in opened.paths), opened.folder]
             folder = self.folder / f"of-{secrets.token_hex(4)}"
             folder.mkdir()
-            self.opened = OpenedMap(path, shown, folder)
+            self.opened = OpenedMap((path,), (shown,), folder)
         self.forget(*before)
 
     def forget(self, *folders: Path) -> None:
@@ -95,7 +105,7 @@ class View:
     def is_open(self, path: Path) -> bool:
         """Whether a file is the open map or the open results."""
         results = () if self.results is None else self.results.runs.values()
-        return path in results or (self.opened is not None and path == self.opened.path)
+        return path in results or (self.opened is not None and path in self.opened.paths)
 
     def stop(self) -> None:
         """End the solver, if it is running."""
@@ -138,18 +148,21 @@ class _Handler(RequestHandler):
     def write_error(self, status_code: int, **more: Any) -> None:
         """Answer what is wrong, with the message of the command and without names of folders."""
         _, error, _ = more.get("exc_info", (None, None, None))
-        said, opened, results = self._reason, self.view.opened, self.view.results
-        if status_code == 405:
-            said = f"{self.request.method} is not answered here"
+        said = self._reason if status_code != 405 else f"{self.request.method} is not answered here"
         if isinstance(error, InputError):
             self.set_status(422)
-            hidden = {str(opened.path): opened.shown} if opened is not None else {}
-            hidden |= {f"{file.parent}/": "" for file in results.runs.values()} if results is not None else {}
-            said = str(error)[:2000]
-            for place, shown in hidden.items():
-                said = said.replace(place, shown)
+            said = self.without_folders(str(error)[:2000])
         self.set_header("Content-Type", "application/json")
         self.finish(json.dumps({"error": said}))
+
+    def without_folders(self, said: str) -> str:
+        """A text without names of folders."""
+        opened, results = self.view.opened, self.view.results
+        hidden = dict(zip(map(str, opened.paths), opened.shown, strict=True)) if opened is not None else {}
+        hidden |= {f"{file.parent}/": "" for file in results.runs.values()} if results is not None else {}
+        for place, shown in hidden.items():
+            said = said.replace(place, shown)
+        return said
 
     @property
     def opened(self) -> OpenedMap:
@@ -179,13 +192,9 @@ class _Static(_Handler):
         text = file.read_text(encoding="utf-8")
         if name in _PAGES:
             opened, results = self.view.opened, self.view.results
-            known: dict[str, Any] = {
-                "materials": sorted(materials()),
-                "opened": opened.shown if opened is not None else "",
-            }
+            known = {"opened": opened.shown if opened is not None else [], **known_to_page()}
             if results is not None:
-                colours = {"contact": contact_colours(), "gap": map_colours()}  # from the lowest value
-                known |= {"results": results.shown, "runs": list(results.runs), "colours": colours}
+                known |= {"results": results.shown, "runs": list(results.runs)}
             text = text.replace("{known}", json.dumps(known).replace("<", "\\u003c"))
         self.set_header("Content-Type", f"{_TYPES[Path(file.name).suffix]}; charset=utf-8")
         self.write(text)
@@ -216,8 +225,9 @@ class _Upload(_Handler):
     def put(self) -> None:
         assert self._path is not None
         self._file.close()
-        self.view.open(self._path, self._path.name)
-        self.write({"opened": self._path.name, "states": is_stored(self._path)})
+        self.view.open(self._path, self._path.name, beside="X-Beside" in self.request.headers)
+        states = is_stored(self._path)
+        self.write({"opened": [self._path.name] if states else self.opened.shown, "states": states})
 
     def on_finish(self) -> None:
         """Delete what was not opened, or came in part only."""
@@ -228,23 +238,63 @@ class _Upload(_Handler):
     on_connection_close = on_finish
 
 
-class _Predict(_Handler):
+class _Example(_Handler):
+    """Open a map that comes with the package, and say what its form is."""
+
+    def post(self) -> None:
+        self.view.open(find(EXAMPLE), EXAMPLE)
+        self.write({"opened": self.opened.shown, "form": EXAMPLE_FORM})
+
+
+class _Look(_Handler):
+    """The map as it is seen before anything of the bodies is known."""
+
     async def post(self) -> None:
-        opened, asked = self.opened, self.asked()
-        found = await _aside(opened.predict, asked)
-        self.write(answer(found) | {"command": shlex.join(opened.command(asked))})
+        self.write(await _aside(self.opened.look, self.asked()))
+
+
+class _Predict(_Handler):
+    """The answer, as lines of JSON: what is being done, the answer, and then maps of the solution."""
+
+    async def post(self) -> None:
+        view, opened, asked = self.view, self.opened, self.asked()
+        view.asked += 1
+        mine, loop = view.asked, asyncio.get_running_loop()
+
+        def told(text: str) -> None:
+            if mine != view.asked:
+                raise InputError("something else was asked meanwhile")
+            loop.call_soon_threadsafe(self._line, {"told": text})
+
+        try:
+            async with view.working:
+                if mine != view.asked:
+                    raise HTTPError(409, reason="something else was asked meanwhile")
+                found = await _aside(opened.predict, asked, view.last, told)
+                if opened is view.opened:
+                    view.last = found
+                self._line({"answer": await _aside(answer_of, found) | {"command": shlex.join(opened.command(asked))}})
+                self._line({"layers": await _aside(solved_layers, found)})
+        except InputError as error:
+            if not self._headers_written:
+                raise
+            self._line({"error": self.without_folders(str(error)[:2000])})
+
+    def _line(self, said: dict[str, Any]) -> None:
+        with suppress(StreamClosedError):
+            self.write(json.dumps(said) + "\n")
+            self.flush()
 
 
 class _Report(_Handler):
-    """The page that `continuum predict` writes for a form, and a picture of the corrected map."""
+    """The page that `continuum predict` writes, of the last answer."""
 
     async def post(self) -> None:
-        opened, asked = self.opened, self.asked()
-        found = await _aside(opened.predict, asked)
-        async with self.view.drawing:
-            page = await _aside(_written, found, opened.folder)
-            image = await _aside(opened.mending, asked, found)
-        self.write({"page": page, "mending": f"data:image/png;base64,{base64.b64encode(image).decode()}"})
+        opened, found = self.opened, self.view.last
+        if found is None:
+            raise HTTPError(409, reason="nothing has been answered yet")
+        async with self.view.working:
+            self.write({"page": await _aside(opened.report, found)})
 
 
 class _States(_Handler):
@@ -267,12 +317,10 @@ class _Solve(_Handler):
 
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
-        await _aside(opened.predict, asked)  # errors are reported at once
-        command = opened.solving(asked)
         self.view.stop()
-        with (opened.folder / "said.txt").open("w") as said:
+        with (opened.folder / "said.txt").open("w") as said, (opened.folder / "solved.txt").open("w") as lines:
             self.view.solving = subprocess.Popen(
-                command, cwd=opened.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=said, text=True
+                opened.solving(asked), cwd=opened.folder, stdin=subprocess.DEVNULL, stdout=lines, stderr=said, text=True
             )
         self.view.began = time.monotonic()
         self.write({"solving": True})
@@ -283,13 +331,9 @@ class _Solve(_Handler):
             self.write({"solving": False})
             return
         code = solving.poll()
-        said = (
-            (opened.folder / "said.txt")
-            .read_text(encoding="utf-8", errors="replace")
-            .replace(str(opened.path), opened.shown)
-        )
-        seconds = round(time.monotonic() - self.view.began)
-        self.write({"solving": code is None, "code": code, "seconds": seconds, "said": said[-2000:]})
+        said = self.without_folders((opened.folder / "said.txt").read_text(encoding="utf-8", errors="replace"))
+        known = {"code": code, "seconds": round(time.monotonic() - self.view.began), "said": said[-2000:]}
+        self.write({"solving": code is None} | known)
 
     def delete(self) -> None:
         self.view.stop()
@@ -297,12 +341,10 @@ class _Solve(_Handler):
 
 
 class _Solved(_Handler):
+    """The answer of the solver, and its page."""
+
     def get(self) -> None:
-        pages = sorted((self.opened.folder / "solved").glob("*.html"))
-        if not pages:
-            raise HTTPError(404, reason="the map has not been solved yet")
-        self.set_header("Content-Type", "text/html; charset=utf-8")
-        self.write(pages[0].read_bytes())
+        self.write(self.opened.solved())
 
 
 async def _aside(work: Any, *given: Any) -> Any:
@@ -310,18 +352,14 @@ async def _aside(work: Any, *given: Any) -> Any:
     return await asyncio.get_running_loop().run_in_executor(None, partial(work, *given))
 
 
-def _written(found: Any, folder: Path) -> str:
-    with written_as(["png"]):
-        page, *_ = found.write(folder / "report", "report")
-    return str(page.read_text(encoding="utf-8"))
-
-
 def application(view: View) -> Application:
     """The application of a view."""
     given = {"view": view}
     return Application([
-        (r"/(|view\.js|view\.css|states|states\.js)", _Static, given),
+        (r"/(|view\.js|draw\.js|view\.css|states|states\.js)", _Static, given),
         (r"/map", _Upload, given),
+        (r"/example", _Example, given),
+        (r"/look", _Look, given),
         (r"/predict", _Predict, given),
         (r"/report", _Report, given),
         (r"/runs/(\d{1,9})(?:/(\d{1,9})/([a-z]{1,9}))?", _States, given),

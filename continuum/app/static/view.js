@@ -1,114 +1,216 @@
 "use strict";
-// The page of `continuum view`: it sends the form, shows what is said, and draws nothing itself.
-const $ = (id) => document.getElementById(id);
-const known = JSON.parse($("known").textContent);
+// The page of `continuum view`: it sends the form, and shows the map, the answer, and maps of the solution.
 const form = $("form");
 let middle = {}; // the values at which the sliders began, each a number and its unit
 let turn = 0; // answers that come late, after another was asked for, are left out
 let later = null;
+let layers = { map: [], solved: [] }, lacks = [];
 
 for (const name of known.materials) $("materials").append(new Option(name));
+for (const input of form.elements) if (known.help[input.name]) input.title = known.help[input.name];
 
 const fields = () => Object.fromEntries([...new FormData(form)].map(([name, value]) => [name, value.trim()]));
 
-async function talk(method, path, body, headers) {
+async function answered(path, body, method = "POST", headers = {}) {
   const answer = await fetch(path, { method, body, headers });
-  const text = await answer.text();
-  const json = (answer.headers.get("Content-Type") || "").startsWith("application/json");
-  const said = json ? JSON.parse(text) : { text };
-  if (!answer.ok) throw new Error(said.error || answer.statusText);
-  return said;
+  if (!answer.ok) throw new Error((await answer.json()).error || answer.statusText);
+  return answer;
 }
+const talk = async (...asked) => (await answered(...asked)).json();
 
-function say(lines, error = false) {
-  $("answer").classList.toggle("error", error);
-  $("answer").replaceChildren(...lines.map((line) => Object.assign(document.createElement("p"), { textContent: line })));
-}
-
+// A fault of the form is said, and its fields are marked.
 function fail(error) {
-  say([error.message], true);
-  for (const id of ["doubts"]) $(id).replaceChildren();
-  for (const id of ["command", "export", "report", "mending"]) $(id).hidden = true;
+  $("verdict").hidden = $("answer").hidden = true;
+  $("error").hidden = false;
+  $("error").textContent = error.message;
+  $("progress").textContent = "";
+  for (const input of form.elements) input.classList.toggle("asked", Boolean(input.name) && error.message.includes(`\`${input.name}\``));
 }
 
-function show(html) {
-  const url = URL.createObjectURL(new Blob([html], { type: "text/html" }));
-  URL.revokeObjectURL($("save").href);
-  $("save").href = url;
-  $("report").srcdoc = html;
-  $("report").classList.remove("old");
-  $("report").hidden = $("export").hidden = false;
+function showLayers() {
+  const all = [...layers.map, ...layers.solved], before = $("layer").value;
+  $("layer").replaceChildren(...all.map(({ name }) => new Option(name)));
+  if (all.some(({ name }) => name === before)) $("layer").value = before;
+  showLayer();
 }
 
-const split = (text) => { const found = /^([0-9.eE+-]+)(.*)$/.exec(text); return found && [Number(found[1]), found[2]]; };
+function showLayer() {
+  const layer = [...layers.map, ...layers.solved].find(({ name }) => name === $("layer").value);
+  if (!layer) return;
+  $("layer").value = layer.name;
+  const bytes = (one) => new Float32Array(Uint8Array.from(atob(one.values), (letter) => letter.charCodeAt(0)).buffer);
+  const values = bytes(layer), unit = lacks.includes("size") ? [layer.lengths[0] / layer.points[0], "pixels"] : unitOf(Math.max(...layer.lengths));
+  let key = [1, "|∂w_c/∂h|, log10 over the largest"], more = { values };
+  if (layer.name.startsWith("contact")) {
+    const under = layers.map.find(({ shape }) => String(shape) === String(layer.shape));
+    more = { values: under && bytes(under), kinds: values, names: ["neither", "attracts", "repels"] };
+  } else if (!layers.solved.includes(layer)) {
+    key = lacks.includes("unit") ? [1, "height, as in the file"] : unitOf(values.reduce((most, value) => Math.max(most, Math.abs(value)), 0));
+    if (!lacks.includes("unit")) key = [key[0], `height (${key[1]})`];
+  }
+  drawMap($("map"), { ...layer, ...more, unit, key, title: layer.name, said: (i, j, k) => {
+    const at = [i, j].map((n, axis) => text((n + 0.5) / layer.shape[axis] * layer.lengths[axis] / unit[0], 3));
+    $("under").textContent = `x = ${at[0]}, y = ${at[1]} ${unit[1]}: ${more.kinds ? more.names[values[k]] : `${text(values[k] / key[0], 3)}, ${key[1]}`}`;
+  } });
+}
+
+// The map, its roughness and its faults, before anything is known of the bodies.
+function showMap(said) {
+  layers = { map: said.layers, solved: [] };
+  lacks = said.lacks;
+  $("rough").replaceChildren(...said.rows.map((row) => element("tr", {}, ...row.map((words) => element("td", { textContent: words })))));
+  $("faults").replaceChildren(...said.faults.map((fault) => element("li", { textContent: `${fault.text} ` },
+    ...(Object.keys(fault.set).length ? [element("button", { type: "button", textContent: "correct", onclick: () => {
+      for (const [name, value] of Object.entries(fault.set)) form.elements[name].value = value;
+      ask();
+    } })] : []), " ",
+    ...(fault.layer ? [element("button", { type: "button", textContent: "show", onclick: () => { $("layer").value = fault.layer; showLayer(); $("map").scrollIntoView({ block: "nearest" }); } })] : []))));
+  $("faulty").hidden = !said.faults.length;
+  const size = lacks.includes("unit") ? [1, "as in the file"] : unitOf(Math.max(...said.bearing[0].slice(1)));
+  const curves = [1, 2, 3].map((k) => said.bearing.map((row) => [row[0], row[k] / size[0]])), all = curves.flat().map(([, value]) => value);
+  $("bearing").replaceChildren();
+  drawCurves($("bearing"), { x: { ends: [0, 100], label: "area above the height (%)" }, y: { ends: [Math.min(...all), Math.max(...all)], label: `height (${size[1]})` }, curves, title: "bearing curve" });
+  $("bearing").append(element("p", { className: "key", textContent: "line: as judged, dashed: as measured, dotted: Gaussian" }));
+  $("seen").hidden = false;
+  showLayers();
+}
+
+// w and its threshold, with what is not known of it, on one axis; in mJ/m².
+function drawWorks(row) {
+  const [work, found, low, high] = ["work_of_adhesion_J/m2", "w_c_J/m2", "w_c low_J/m2", "w_c high_J/m2"].map((name) => row[name] && 1e3 * row[name]);
+  if (!work || !found) return $("works").replaceChildren();
+  const ends = [Math.min(work, low || found, found) / 2, Math.max(work, high || found, found) * 2], svg = make("svg", { viewBox: "0 0 480 96", role: "img" });
+  const at = (value) => 20 + Math.log(Math.min(ends[1], Math.max(ends[0], value)) / ends[0]) / Math.log(ends[1] / ends[0]) * 440;
+  const [from, to] = [at(low || ends[0]), at(high || ends[1])], near = Math.abs(at(work) - at(found)) < 60;
+  svg.setAttribute("aria-label", `w = ${text(work, 3)}, w_c = ${text(found, 3)} mJ/m²`);
+  svg.append(make("rect", { x: 20, y: 40, width: from - 20, height: 16, class: "not" }), make("rect", { x: from, y: 40, width: Math.max(to - from, 1), height: 16, class: "undecided" }),
+    make("rect", { x: to, y: 40, width: 460 - to, height: 16, class: "sticky" }), make("line", { x1: at(found), x2: at(found), y1: 34, y2: 62, class: "threshold" }),
+    make("text", { x: at(found), y: near ? 14 : 28, "text-anchor": "middle" }, `w_c ${text(found, 3)}`),
+    make("path", { d: `M${at(work)} 48l-7 -14h14z`, class: "here" }), make("text", { x: at(work), y: 28, "text-anchor": "middle", class: "here" }, `w ${text(work, 3)}`));
+  for (const value of ticks(ends, true)) svg.append(make("text", { x: at(value), y: 74, "text-anchor": "middle" }, text(value)));
+  svg.append(make("text", { x: 240, y: 92, "text-anchor": "middle" }, "work of adhesion (mJ/m²): not sticky, undecided, sticky"));
+  $("works").replaceChildren(svg);
+}
+
+function drawRanges({ row, curve }) {
+  $("ranges").replaceChildren();
+  const points = (curve || []).filter(({ work }) => work).map((one) => [1e9 * one.range, 1e3 * one.work, 1e3 * (one.low || 0), one.high === null ? Infinity : 1e3 * one.high]);
+  if (points.length < 2) return;
+  const here = [1e9 * row.range_m, 1e3 * row["work_of_adhesion_J/m2"]], works = [here[1], ...points.map((one) => one[1])], ranges = [here[0], ...points.map((one) => one[0])];
+  drawCurves($("ranges"), {
+    title: "threshold against the range of the attraction", curves: [points], band: points.map(([a, , low, high]) => [a, low, high]), dots: [[...here, { class: "here", r: 6 }]],
+    x: { ends: [Math.min(...ranges), Math.max(...ranges)], log: true, label: "range of the attraction (nm)" },
+    y: { ends: [Math.min(...works) / 2, 2 * Math.max(...works)], log: true, label: "threshold w_c (mJ/m²)" },
+  });
+  $("ranges").append(element("p", { className: "key", textContent: "line: w_c, shaded: undecided, dot: this contact" }));
+}
+
+function showAnswer(said) {
+  const [first, ...rest] = said.statements, measured = said.row["w_c as measured_J/m2"], { verdict } = said.row;
+  $("error").hidden = true;
+  $("verdict").hidden = $("answer").hidden = false;
+  $("verdict").textContent = verdict[0].toUpperCase() + verdict.slice(1);
+  $("verdict").className = verdict.split(" ")[0];
+  $("statements").replaceChildren(...[first, ...rest].map((line) => element("p", { textContent: line })));
+  $("measured").textContent = measured ? `The answer is that of the map with its faults corrected; as measured w_c = ${text(1e3 * measured, 3)} mJ/m².` : "";
+  $("doubts").replaceChildren(...said.doubts.map((line) => element("li", { textContent: line })));
+  $("remarks").hidden = !said.doubts.length;
+  drawWorks(said.row);
+  drawRanges(said);
+  for (const input of form.elements) input.classList.remove("asked");
+}
 
 async function ask(sliding = false) {
-  const mine = ++turn;
+  const mine = ++turn, body = JSON.stringify(fields());
   clearTimeout(later);
-  $("report").classList.add("old"); // it belongs to what was asked before
-  $("export").hidden = true;
-  const body = JSON.stringify(fields());
+  $("answer").classList.add("old"); // it belongs to what was asked before
+  $("report").hidden = $("save").hidden = true;
+  $("all").disabled = true;
   try {
-    const said = await talk("POST", "/predict", body);
-    if (mine !== turn) return;
-    say(said.statements);
-    $("doubts").replaceChildren(...said.doubts.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
-    $("command").hidden = false;
-    $("command").querySelector("code").textContent = said.command;
-    $("solve").disabled = false;
     if (!sliding) {
-      middle = said.values;
-      for (const slider of document.querySelectorAll("input[type=range]")) {
-        slider.value = 0;
-        slider.disabled = !split(middle[slider.dataset.for] || "");
-      }
+      $("progress").textContent = "reading";
+      const seen = await talk("/look", body);
+      if (mine !== turn) return;
+      showMap(seen);
     }
-    // The figures take a second or two: they follow when nothing else is asked for.
-    later = setTimeout(async () => {
-      try {
-        const page = await talk("POST", "/report", body);
-        if (mine !== turn) return;
-        show(page.page);
-        $("mending").querySelector("img").src = page.mending;
-        $("mending").hidden = false;
-      } catch (error) { if (mine === turn) fail(error); }
-    }, sliding ? 700 : 0);
+    const answer = await answered("/predict", body), reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
+    for (let rest = "", end = false; !end;) {
+      const part = await reader.read(), lines = (rest + (part.value || "")).split("\n");
+      if (mine !== turn) { reader.cancel(); return; }
+      [rest, end] = [lines.pop(), part.done];
+      for (const said of lines.map(JSON.parse)) take(said, sliding);
+    }
   } catch (error) { if (mine === turn) fail(error); }
 }
 
-async function open(file) {
-  if (!file) return;
-  $("name").textContent = `reading ${file.name}`;
+function take(said, sliding) {
+  if (said.error) throw new Error(said.error);
+  if (said.told) $("progress").textContent = said.told;
+  if (said.layers) { layers.solved = said.layers; showLayers(); }
+  if (!said.answer) return;
+  showAnswer(said.answer);
+  $("answer").classList.remove("old");
+  $("progress").textContent = "";
+  $("command").textContent = said.answer.command;
+  $("solve").disabled = $("all").disabled = $("same").hidden = false;
+  if (sliding) return;
+  middle = said.answer.values;
+  for (const slider of document.querySelectorAll("input[data-for]")) {
+    slider.value = 0;
+    slider.disabled = !split(middle[slider.dataset.for] || "");
+  }
+}
+
+function showReport(html) {
+  URL.revokeObjectURL($("save").href);
+  $("save").href = URL.createObjectURL(new Blob([html], { type: "text/html" }));
+  $("report").srcdoc = html;
+  $("report").hidden = $("save").hidden = false;
+}
+
+const split = (words) => { const found = /^([0-9.eE+-]+)(.*)$/.exec(words); return found && [Number(found[1]), found[2]]; };
+
+// The first file takes the place of what is open, unless it is added; others are added to it.
+async function open(files, beside = false) {
+  if (!files.length) return;
   try {
-    const said = await talk("PUT", "/map", file, { "X-Name": encodeURIComponent(file.name) });
-    if (said.states) { location = "/states"; return; }
-    $("name").textContent = said.opened;
+    for (const [i, file] of [...files].entries()) {
+      $("name").textContent = `reading ${file.name}`;
+      const said = await talk("/map", file, "PUT", { "X-Name": encodeURIComponent(file.name), ...(beside || i ? { "X-Beside": "1" } : {}) });
+      if (said.states) { location = "/states"; return; }
+      opened(said);
+    }
     await ask();
   } catch (error) { $("name").textContent = "Drop a height map, or a stored run, here"; fail(error); }
+}
+
+function opened(said) {
+  $("name").textContent = said.opened.join(form.elements.join.checked ? " + " : " on ");
+  $("more").hidden = false;
 }
 
 async function follow() {
   let said = { solving: true };
   while (said.solving) {
     await new Promise((done) => setTimeout(done, 500));
-    said = await talk("GET", "/solve");
+    said = await talk("/solve", undefined, "GET");
     $("progress").textContent = `${said.seconds ?? 0} s: ${(said.said || "").trim().split("\n").pop()}`;
   }
   $("stop").hidden = true;
   if (said.code === 0 || said.code === 1) {
-    const page = await talk("GET", "/solved");
+    const solved = await talk("/solved", undefined, "GET");
     ++turn;
-    show(page.text);
-    const answer = new DOMParser().parseFromString(page.text, "text/html").querySelector("p.verdict");
-    say(answer.textContent.split(/(?<=\.)  /));
+    showAnswer(solved.answer);
+    showReport(solved.page);
   } else if (said.code !== undefined) fail(new Error(said.said));
 }
 
+const button = (id, work) => $(id).addEventListener("click", async () => { try { await work(); } catch (error) { fail(error); } });
 form.addEventListener("submit", (event) => { event.preventDefault(); ask(); });
 form.addEventListener("input", (event) => {
-  const slider = event.target;
-  if (slider.type !== "range") return;
-  const name = slider.dataset.for, [value, unit] = split(middle[name]);
+  const slider = event.target, name = slider.dataset.for;
+  if (!name) return;
+  const [value, unit] = split(middle[name]);
   if (name === "contact_modulus") {
     // E* itself instead of the bodies, which also say w and the range.
     for (const other of ["work", "range"]) form.elements[other].value ||= middle[other];
@@ -116,24 +218,32 @@ form.addEventListener("input", (event) => {
   }
   form.elements[name].value = `${Number((value * 10 ** slider.value).toPrecision(3))}${unit}`;
   clearTimeout(later);
-  later = setTimeout(() => ask(true), 150);
+  later = setTimeout(() => ask(name !== "cutoff"), 150);
 });
-$("solve").addEventListener("click", async () => {
+button("solve", async () => {
   $("progress").textContent = "begins";
-  try {
-    await talk("POST", "/solve", JSON.stringify(fields()));
-    $("stop").hidden = false;
-    await follow();
-  } catch (error) { fail(error); }
+  await talk("/solve", JSON.stringify(fields()));
+  $("stop").hidden = false;
+  await follow();
 });
-$("print").addEventListener("click", () => $("report").contentWindow.print());
-$("stop").addEventListener("click", async () => { await talk("DELETE", "/solve"); $("progress").textContent = "stopped"; });
-$("file").addEventListener("change", (event) => open(event.target.files[0]));
+button("stop", async () => { await talk("/solve", undefined, "DELETE"); $("progress").textContent = "stopped"; });
+button("all", async () => showReport((await talk("/report")).page));
+button("example", async () => {
+  const said = await talk("/example");
+  form.reset();
+  $("file").value = "";
+  for (const [name, value] of Object.entries(said.form)) form.elements[name].value = value;
+  opened(said);
+  await ask();
+});
+$("layer").addEventListener("change", showLayer);
+$("file").addEventListener("change", (event) => open(event.target.files));
+$("another").addEventListener("change", (event) => open(event.target.files, true));
 for (const kind of ["dragover", "dragleave", "drop"]) {
   document.addEventListener(kind, (event) => {
     event.preventDefault();
     $("drop").classList.toggle("over", kind === "dragover");
-    if (kind === "drop") open(event.dataTransfer.files[0]);
+    if (kind === "drop") open(event.dataTransfer.files);
   });
 }
-if (known.opened) { $("name").textContent = known.opened; ask(); }
+if (known.opened.length) { opened(known); ask(); }

@@ -6,9 +6,11 @@ import asyncio
 import base64
 import http.client
 import json
+import re
 import threading
 import time
 from collections.abc import Iterator
+from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
@@ -19,16 +21,20 @@ import pytest
 
 pytest.importorskip("tornado", reason="needs the extra `app`")
 
+import continuum
 from continuum.app import server
-from continuum.app.opened import arguments, safe_name
+from continuum.app.opened import EXAMPLE, EXAMPLE_FORM, arguments, safe_name
 from continuum.app.server import View, listen
 from continuum.cli import main
 from continuum.errors import InputError
+from continuum.files.toml import find
 from continuum.front.commands import run
 from continuum.front.sweeps import sweep
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.runs.result import Result
+from continuum.show.answer import statements
+from continuum.sticky.tables import OPTIONS
 
 RUN: dict[str, Any] = {
     "grid": {"n": [12, 16]},
@@ -106,26 +112,129 @@ def client(tmp_path: Path) -> Iterator[Client]:
     view.stop()
 
 
-def test_a_map_is_dropped_and_asked_about(client: Client, map_file: Path) -> None:
+def asked(client: Client, form: dict[str, str]) -> dict[str, Any]:
+    """The lines of an answer, together."""
+    said = client("POST", "/predict", form)
+    assert said.status == 200, said.body
+    return {name: value for line in said.body.splitlines() for name, value in json.loads(line).items()}
+
+
+def heights_of(layer: dict[str, Any]) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(layer["values"]), "<f4").reshape(layer["shape"])
+
+
+def test_a_map_is_dropped_and_asked_about(client: Client) -> None:
+    """With the answer of the command for the same words."""
     assert client("POST", "/predict", FORM).status == 409  # no map is open
-    assert client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy").json == {"opened": "map.npy", "states": False}
-    said = client("POST", "/predict", FORM).json
-    assert said["values"] == {"work": "100mJ/m2", "contact_modulus": "82.4GPa", "range": "350pm", "cutoff": "62.5nm"}
-    assert said["command"].startswith("continuum predict map.npy --size 1um --unit nm --material silicon --material")
-    # A slider: a hundredth of the work of adhesion makes it less sticky.
-    less = client("POST", "/predict", FORM | {"work": "1mJ/m2"}).json
-    assert less["statements"][0].startswith("Not sticky")
-    report = client("POST", "/report", FORM | {"detrend": "curvature"})
+    wafer, form = find(EXAMPLE), EXAMPLE_FORM | {"fill": "5%"}
+    words: dict[str, Any] = form | {"material": ("silicon", "silicon")}
+    opened = client("PUT", "/map", wafer.read_bytes(), X_Name="wafer.txt").json
+    assert opened == {"opened": ["wafer.txt"], "states": False}
+    assert client("POST", "/report").status == 409  # nothing has been answered
+    said = asked(client, form)
+    found = continuum.predict(wafer, **words)
+    answer, threshold = said["answer"], found.threshold
+    assert threshold is not None
+    assert answer["statements"] == [f"{line}." for line in statements(found)]
+    assert said["told"].startswith("pressing wafer.txt")
+    assert answer["row"] == json.loads(found.json())["row"]
+    assert [one["work"] for one in answer["curve"]] == [one.work for one in threshold.curve]
+    assert answer["values"] == {"work": "100mJ/m2", "contact_modulus": "82.4GPa", "range": "350pm", "cutoff": "8nm"}
+    assert answer["command"].startswith("continuum predict wafer.txt --size 384nm --unit nm --material silicon --mat")
+    contact, deciding = map(heights_of, said["layers"])
+    assert contact.shape == deciding.shape == (192, 192)
+    assert (contact == 2).mean() == pytest.approx(threshold.area_rep, rel=0.05)  # of the map and of its mirror images
+    # A slider: the threshold does not depend on w, so that it is not pressed again, and the answer is the same.
+    less = asked(client, form | {"work": "10mJ/m2"})
+    assert less["told"].startswith("looking at wafer.txt"), "and it was not pressed"
+    assert less["answer"]["statements"][0].startswith("Not sticky")
+    again = continuum.predict(wafer, **words, work="10mJ/m2")
+    assert less["answer"]["statements"] == [f"{line}." for line in statements(again)]
+    report = client("POST", "/report")
     assert "data:image/png" in report.json["page"]
+    assert less["answer"]["statements"][0] in report.json["page"]
     assert str(client.view.folder).encode() not in report.body
-    assert base64.b64decode(report.json["mending"].removeprefix("data:image/png;base64,")).startswith(b"\x89PNG")
-    assert client("GET", "/solved").status == 404
-    assert client("POST", "/report", {"size": "1um"}).status == 422
+    assert client("GET", "/solved").status == 422  # it has not been solved
+
+
+def test_a_map_is_seen_before_any_field_is_filled(client: Client, map_file: Path) -> None:
+    """In pixels and in the numbers of its file, with the roughness that is known."""
+    client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy")
+    said = client("POST", "/look", {}).json
+    assert said["lacks"] == ["size", "unit"]
+    heights = np.load(map_file)
+    np.testing.assert_allclose(
+        heights_of(said["layers"][1]), heights - heights.mean(), atol=1e-6 * np.abs(heights).max()
+    )
+    rows = dict(said["rows"])
+    assert rows["points"] == "64 x 64"
+    assert "Sdq" not in rows
+    assert rows["Sq"] == f"{heights_of(said['layers'][0]).std():.3g}"
+    known = client("POST", "/look", {"size": "1um", "unit": "nm"}).json
+    assert known["lacks"] == []
+    assert dict(known["rows"])["Sq"] == f"{rows['Sq']} nm"
+    assert "Sdq" in dict(known["rows"])
+    client("PUT", "/map", b"no map at all", X_Name="map.npy")
+    assert client("POST", "/look", {}).status == 422
+
+
+def test_a_fault_can_be_shown_and_corrected(client: Client) -> None:
+    """Of the example: what its correction takes off are its scars, and with its fields the fault is gone."""
+    opened = client("POST", "/example").json
+    assert opened["opened"] == [EXAMPLE]
+    (fault,) = (said := client("POST", "/look", opened["form"]).json)["faults"]
+    assert "scars" in fault["text"]
+    assert fault["set"] == {"fill": "5%"}
+    taken = heights_of(next(layer for layer in said["layers"] if layer["name"] == fault["layer"]))
+    assert (taken != 0).mean() == pytest.approx(0.012, abs=0.001)  # as many points as the fault says
+    assert client("POST", "/look", opened["form"] | fault["set"]).json["faults"] == []
+
+
+def test_two_bodies_or_joined_maps_are_of_two_files(client: Client, map_file: Path) -> None:
+    for more in ({}, {"X_Beside": "1"}):
+        opened = client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy", **more).json["opened"]
+    assert opened == ["map.npy", "map.npy"]
+    view = client.view
+    assert view.opened is not None
+    of_two = view.opened.command(FORM | {"size": "1um; 2um", "join": "on"})
+    assert of_two[:8] == ["continuum", "predict", "map.npy", "map.npy", "--size", "1um", "--size", "2um"]
+    assert of_two[-1] == "--join"
+    assert len(client("POST", "/look", FORM).json["layers"]) == 4
+    assert len(client("POST", "/look", FORM | {"join": "on"}).json["layers"]) == 2
+    client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy")
+    assert len(list(view.folder.glob("map-*"))) == 1
+
+
+def test_of_waiting_questions_the_last_is_answered(client: Client, map_file: Path) -> None:
+    client.view.open(map_file, "map.npy")
+    opened = client.view.opened
+    assert opened is not None
+
+    def told(text: str) -> None:
+        raise InputError(text)
+
+    with pytest.raises(InputError, match="looking"):  # before the work begins
+        opened.predict(FORM, told=told)
+
+
+def test_the_page_has_a_field_for_every_key_that_it_may_send() -> None:
+    static = resources.files("continuum.app") / "static"
+    page = (static / "index.html").read_text()
+    names = set(re.findall(r'name="(\w+)"', page)) - {"viewport"}
+    # A size that the file says, a dataset, and a0, which decides nothing, are for the command.
+    assert names == OPTIONS.keys() - {"override_size", "dataset", "spacing"}
+    ids = set(re.findall(r'id="(\w+)"', page))
+    for script in ("view.js", "draw.js"):
+        assert set(re.findall(r'\$\("(\w+)"\)', (static / script).read_text())) <= ids, script
+    assert page.index("<section>") < page.index("<form"), "on a narrow screen the answer comes first"
 
 
 def test_states_of_a_run_are_those_that_are_stored(client: Client, stored: Result) -> None:
     assert client("GET", "/runs/0").status == 409
-    assert client("PUT", "/map", stored.path.read_bytes(), X_Name="run.h5").json == {"opened": "run.h5", "states": True}
+    assert client("PUT", "/map", stored.path.read_bytes(), X_Name="run.h5").json == {
+        "opened": ["run.h5"],
+        "states": True,
+    }
     assert b'"runs": ["run.h5"]' in client("GET", "/states").body
     said = client("GET", "/runs/0").json
     assert said["shape"] == [12, 16]
@@ -186,8 +295,12 @@ def test_a_map_is_solved(client: Client, map_file: Path) -> None:
     while (state := client("GET", "/solve").json)["solving"]:
         time.sleep(0.1)
     assert state["code"] == 0, state
-    assert "solved in" in state["said"]
-    assert b"solved on the map" in client("GET", "/solved").body
+    assert "searching for the threshold" in state["said"]
+    said = client("GET", "/solved").json
+    assert said["answer"]["row"]["w_c from"] == "search"
+    assert "by a search with adhesion" in said["answer"]["statements"][1]
+    assert str(client.view.folder) not in json.dumps(said["answer"])
+    assert said["answer"]["statements"][1] in said["page"]
 
 
 def test_the_solver_is_stopped(client: Client, map_file: Path) -> None:
@@ -254,8 +367,8 @@ def test_no_file_of_the_disk_is_handed_out(client: Client, path: str) -> None:
 def test_a_name_is_never_a_place(client: Client, name: str, kept: str) -> None:
     assert safe_name(name) == kept
     if len(name) < 200:
-        assert client("PUT", "/map", b"1 2\n3 4\n", X_Name=quote(name)).json["opened"] == kept
-    assert client.view.opened is None or client.view.folder in client.view.opened.path.parents
+        assert client("PUT", "/map", b"1 2\n3 4\n", X_Name=quote(name)).json["opened"] == [kept]
+    assert client.view.opened is None or client.view.folder in client.view.opened.paths[0].parents
 
 
 def test_an_upload_has_a_size_and_is_a_map(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -298,7 +411,7 @@ def test_what_is_replaced_or_refused_is_deleted_and_nothing_of_the_user(
 
 def test_no_request_is_a_fault_of_the_server(client: Client, caplog: pytest.LogCaptureFixture) -> None:
     client("PUT", "/map", b"1 2\n3 4\n", X_Name="map.txt")
-    asked: list[tuple[str, str, bytes | None, dict[str, str]]] = [
+    requests: list[tuple[str, str, bytes | None, dict[str, str]]] = [
         ("POST", "/predict", b"[" * 100_000, {}),
         ("POST", "/predict", b'{"size": "\\ud800"}', {}),
         ("POST", "/predict", b"\xff", {}),
@@ -308,7 +421,7 @@ def test_no_request_is_a_fault_of_the_server(client: Client, caplog: pytest.LogC
         *((method, path, None, {}) for method in ("FOO", "TRACE", "DELETE", "HEAD") for path in ("/", "/map")),
         ("GET", "/?token=%ff", None, {}),
     ]
-    for method, path, body, headers in asked:
+    for method, path, body, headers in requests:
         said = client(method, path, body, **headers)
         assert 400 <= said.status < 500, (method, path, headers)
         assert not said.body or said.json["error"]
@@ -319,7 +432,7 @@ def test_a_page_that_says_script_is_shown_as_text(client: Client) -> None:
     heights = "\n".join(" ".join(map(str, row)) for row in np.random.default_rng(1).normal(size=(16, 16)).round(3))
     client("PUT", "/map", heights.encode(), X_Name=quote("<script>alert(1)</script>.txt"))
     assert b"<script>alert" not in client("GET", "/").body
-    assert b"<script>alert" not in client("POST", "/report", FORM).body
+    assert b"<script>alert" not in client("POST", "/look", FORM).body
 
 
 def test_fields_are_those_of_the_form() -> None:
@@ -327,9 +440,11 @@ def test_fields_are_those_of_the_form() -> None:
         "material": ("gold", "silica"),
         "work": "1mJ/m2",
     }
-    for asked in ({"solve": "1"}, {"work": "1" * 201}, {"threads": "8"}):
+    several = {"size": "1um,2um; 3um", "periodic": "on", "void": "99999"}
+    assert arguments(several) == {"size": ("1um,2um", "3um"), "periodic": True, "void": "99999"}
+    for form in ({"solve": "1"}, {"work": "1" * 201}, {"threads": "8"}):
         with pytest.raises(InputError):
-            arguments(asked)
+            arguments(form)
 
 
 def test_the_command_refuses_what_cannot_be_opened(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
