@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -156,26 +155,6 @@ def _draw_deciding(axis: Axes, threshold: MapThreshold) -> str:
     axis.figure.colorbar(image, cax=axis.inset_axes((1.04, 0, 0.05, 1)), label=label)
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
     return title
-
-
-@plot.styled
-def mending_figure(measured: Topography, judged: Topography) -> Figure:
-    """The measured and the corrected map, and the bearing curves of both."""
-    figure, (before, after, bearing) = plot.new_axes(plot.PAGE, 2.6, 1, 3)
-    _draw_map(before, measured)
-    _draw_map(after, judged)
-    unit, name = length_scale(max(3 * judged.heights.std(), 1e-9))
-    share = np.linspace(0.001, 0.999, 300)
-    for topography, style, label in ((measured, "--", "as measured"), (judged, "-", "as judged")):
-        heights = topography.heights - topography.heights.mean()
-        colour = plot.SERIES[5 if label == "as measured" else 0]
-        bearing.plot(100 * share, np.quantile(heights, 1 - share) / unit, style, color=colour, label=label)
-    gaussian = judged.heights.std() * scipy.special.ndtri(1 - share) / unit
-    bearing.plot(100 * share, gaussian, ":", color="black", label="Gaussian")
-    bearing.set(xlabel="area above the height (%)", ylabel=f"height ({name})")
-    plot.letter_panels((before, after, bearing), ("as measured", "as judged", "bearing curve"))
-    plot.legend_under(bearing, 0.26)
-    return figure
 
 
 @plot.styled

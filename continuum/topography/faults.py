@@ -8,7 +8,7 @@ The limits are such that on clean self-affine maps of 256² points hardly any fa
 docs/maps.md has the numbers.
 
 Some faults exclude any verdict, as an impossible size.  Heights unlike those of a Gaussian surface are told: theories
-are not for them.  On such a surface nothing is called an outlier, and no remedy is named that would remove its features.
+are not for them.  On such a surface nothing is called an outlier, and no remedy would remove its features.
 """
 
 from __future__ import annotations
