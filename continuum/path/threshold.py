@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -50,6 +50,8 @@ which they give up."""
 SHAPES, SAME = 6, 1e-3
 """Works at which the shape of a law is looked at before the threshold counts as not found, and how far two shapes may
 be apart, relative to the largest attraction: a hundredth of what the third order leaves open."""
+NOTHING = -10.0
+"""Logarithm of the attraction over the load that stands for none at all: a work e^10 times as large is tried next."""
 EDGE = 1e-3
 """Smallest pressure by which the edge is weighed, in units of the mean pressure of the contact."""
 
@@ -205,13 +207,17 @@ class PressedState:
     def dmt(self, law_of: LawOfWork) -> float:
         """w_DMT, in E* a0: the root of N0 = w <τ>, as a law may change its range with its work; NaN without one."""
 
+        @cache
         def excess(logarithm: float) -> float:
             work = float(np.exp(logarithm))
             pull = self.grid.mean(self.attraction(law_of(work))[0])
-            return float(np.log(pull * work / self.load)) if pull > 0 else -10.0
+            return float(np.log(pull * work / self.load)) if pull > 0 else NOTHING
 
         start = float(np.log(self.load * float(self.distance.max())))
-        found = scipy.optimize.root_scalar(excess, x0=start, x1=start - excess(start), xtol=1e-6, maxiter=40)
+        other = start - excess(start)
+        if excess(other) == excess(start) == NOTHING:
+            return np.nan
+        found = scipy.optimize.root_scalar(excess, x0=start, x1=other, xtol=1e-6, maxiter=40)
         return float(np.exp(found.root)) if found.converged else np.nan
 
     def threshold(self, law_of: LawOfWork) -> Threshold:
