@@ -348,8 +348,8 @@ def cases() -> Iterator[Case]:
                             yield Case("self-affine", seed, n, hurst, lambda_s, lambda_L, area, shape, delta)
                         turn += 1
 
-    def textures(areas: tuple[float, ...], odd: int) -> Iterator[Case]:
-        for seed in range(21, 33):
+    def textures(seeds: range, areas: tuple[float, ...], odd: int) -> Iterator[Case]:
+        for seed in seeds:
             for kind in TEXTURES:
                 area, shape = areas[seed % len(areas)], both[(seed + odd) % 2]
                 yield Case(kind, seed, 256, nan, nan, nan, area, shape, nan)
@@ -362,25 +362,26 @@ def cases() -> Iterator[Case]:
                     for shape in shapes:
                         yield Case(kind, seed, n, hurst, waves[0], waves[1], area, shape, delta)
 
+    areas = (0.01, 0.02, 0.04)
     yield from affine(256, range(21, 25), 64.0, (4.0, 8.0), 1)
-    yield from textures((0.01, 0.02, 0.04), 0)
-    yield from affine(256, range(25, 29), 64.0, (4.0, 8.0), 1)
-    for lambda_s in (4.0, 8.0, 16.0):
-        yield from one_each(
-            "self-affine", SEEDS, 256, (lambda_s, 64.0), 0.02, nan, hursts=(0.3, 0.8), shapes=("paper",)
-        )
+    yield from textures(range(21, 31), areas, 0)
+    for seeds in (range(21, 27), range(27, 29)):
+        yield from affine(256, seeds, 64.0, (4.0, 8.0), 1)
+        yield from one_each("self-affine", seeds, 512, (16.0, 128.0), 0.04, 0.5, hursts=(0.3, 0.8), shapes=("spline",))
+        for lambda_s in (4.0, 8.0):
+            waves = lambda_s, 64.0
+            yield from one_each("self-affine", seeds, 256, waves, 0.02, nan, hursts=(0.3, 0.8), shapes=("paper",))
+        yield from one_each("self-affine", seeds, 256, (4.0, 128.0), 0.01, 0.5, hursts=(0.2, 0.8), shapes=("spline",))
+        yield from textures(range(31, 33), areas, 0)
     for kind in SUBSTRATES:
         yield from one_each(kind, range(21, 24), 256, (6.0, 64.0), 0.02, 0.5)
-    yield from affine(512, range(21, 25), 64.0, (4.0, 8.0), 1)
-    yield from one_each("self-affine", SEEDS, 512, (16.0, 128.0), 0.04, 0.5, hursts=(0.3, 0.8), shapes=("spline",))
-    yield from one_each("self-affine", SEEDS, 256, (4.0, 128.0), 0.01, 0.5, hursts=(0.2, 0.8), shapes=("spline",))
-    yield from one_each("self-affine", SEEDS, 256, (4.0, 64.0), 0.005, 1.0)
-    yield from one_each("self-affine", SEEDS, 256, (4.0, 64.0), 0.08, 0.5)
-    yield from one_each("self-affine", range(21, 25), 256, (4.0, 128.0), 0.04, 0.16)
+    yield from one_each("self-affine", range(21, 27), 256, (4.0, 64.0), 0.005, 1.0)
+    yield from one_each("self-affine", range(21, 27), 256, (4.0, 64.0), 0.08, 0.5)
+    yield from one_each("self-affine", range(21, 23), 256, (4.0, 128.0), 0.04, 0.16)
+    yield from affine(512, range(21, 27), 64.0, (4.0, 8.0), 1)
     yield from one_each("self-affine", range(21, 23), 512, (4.0, 256.0), 0.01, 0.08, 0.5)
-    yield from affine(512, range(25, 27), 64.0, (4.0, 8.0), 1)
-    yield from textures((0.04, 0.01, 0.02), 1)
-    yield from affine(256, range(21, 29), 64.0, (4.0, 8.0), 2)
+    yield from textures(range(21, 33), (0.04, 0.01, 0.02), 1)
+    yield from affine(256, SEEDS, 64.0, (4.0, 8.0), 2)
 
 
 NAMES = (*(field.name for field in fields(Case)), *Row._fields)
