@@ -140,12 +140,16 @@ def tables(rows: DataFrame) -> Iterator[str]:
     yield f"\nSearches: {', '.join(f'{how} {count}' for how, count in ended.items())}."
 
 
+def _shown(name: str) -> str:
+    return name.replace("λ_s", r"$\lambda_s$").replace("λ_L", r"$\lambda_L$")
+
+
 @plot.styled
 def figure(rows: DataFrame) -> Figure:
     """Turn over w_DMT against the size of the correction; the estimate beside U F and a theory, class by class."""
     found = rows[(rows.how == "turn") & rows.ratio.notna()]
     drawn, (left, right) = plot.new_axes(plot.PAGE, 3.6, columns=2)
-    x = np.array([0.93, 1.75])
+    x = np.array([0.9, 1.5])
     left.fill_between(x, x * LOW, x * HIGH, color="0.9", lw=0, label="3 %")
     left.plot(x, x, "k-", lw=0.8)
     names = list(found.of.value_counts().index)
@@ -155,18 +159,22 @@ def figure(rows: DataFrame) -> Figure:
         for inside, colour in ((True, f"C{i % 10}"), (False, "none")):
             shown = part[part.within == inside]
             left.plot(shown.estimate / shown.dmt, shown.work / shown.dmt, mark, ms=3, mew=0.5, mec=f"C{i % 10}",
-                      mfc=colour, label=name if inside else None)  # fmt: skip
+                      mfc=colour, label=_shown(name) if inside else None)  # fmt: skip
     left.set(xscale="log", yscale="log", xlim=x, ylim=x, xlabel=r"estimate over $w_\mathrm{DMT}$",
              ylabel=r"work at the turn over $w_\mathrm{DMT}$")  # fmt: skip
     inside = found[found.within]
-    columns = {"ratio": ("estimate", "C0o"), "law": (r"$U F$", "C1s"), "theory": ("Persson and Scaraggi", "C2^")}
+    columns = {"ratio": ("estimate", "C0o"), "law": (r"$U F$", "C1s"), "theory": ("Persson, Scaraggi", "C2^")}
     for k, (key, (name, style)) in enumerate(columns.items()):
         places = [names.index(of) + 0.25 * (k - 1) for of in inside.of]
         right.plot(np.exp(inside[key]), places, style, ms=2, mew=0, alpha=0.6, label=name)
     right.axvline(1.0, color="k", lw=0.8)
     right.set(xscale="log", xlabel="work at the turn over what was said", yticks=range(len(names)))
-    right.set_yticklabels(names)
-    for axis, ticks in ((left.xaxis, (1, 1.2, 1.5)), (left.yaxis, (1, 1.2, 1.5)), (right.xaxis, (0.2, 0.5, 1, 2, 5))):
+    right.set_yticklabels([_shown(name) for name in names])
+    for axis, ticks in (
+        (left.xaxis, (0.9, 1, 1.1, 1.2, 1.3, 1.4)),
+        (left.yaxis, (0.9, 1, 1.1, 1.2, 1.3, 1.4)),
+        (right.xaxis, (0.05, 0.2, 1, 5)),
+    ):
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
         axis.set_ticks(ticks)
