@@ -47,7 +47,7 @@ LawOfWork = Callable[[float], Wall]
 ACCURACY, ITERATIONS = 1e-3, 1000
 """Relative residual of the linear solves, which moves the threshold by .3 % at most on three surfaces, and steps after
 which they give up."""
-SHAPES, SAME = 6, 1e-3
+SHAPES, SAME = 12, 1e-3
 """Works at which the shape of a law is looked at before the threshold counts as not found, and how far two shapes may
 be apart, relative to the largest attraction: a hundredth of what the third order leaves open."""
 NOTHING = -10.0

@@ -84,14 +84,14 @@ def rows(body: Body) -> Iterator[tuple[object, ...]]:
         state = press_without_adhesion(contact.problem, body.area, contact.settings, core)
         one = state.threshold(wall_of)
         kept = load_kept(state, wall_of(one.dmt), one.dmt)
-        if one.dmt > RESOLVED * reach**2:
-            continue
         try:
             turn = replace(contact, wall=wall_of(one.dmt)).turn(wall_of, area=body.area).require()
         except NotConvergedError as error:
             sys.stderr.write(f"{body.name} {part}: {error}\n")
             continue
         w = turn.work
+        if w > RESOLVED * reach**2:  # single points snap
+            continue
         muller = tabor_parameter(body.radius, w, reach)
         numbers = (w / one.dmt, w / one.low, w / one.high, w / one.work, w / kept)
         found = (f"{muller:.2f}", f"{one.chi:.3f}", *(f"{x:.3f}" for x in numbers), f"{w / body.jkr:.2f}")

@@ -183,6 +183,19 @@ def test_both_forms_hold_the_estimate_under_each_law_on_each_substrate_and_grid(
     assert state.load == pytest.approx(found.dmt * state.grid.mean(state.attraction(wall)[0]), rel=1e-5)
 
 
+def test_a_law_whose_range_goes_with_its_work_has_the_range_of_the_threshold() -> None:
+    # Each work changes the next by half of its own change, here: a thousandth of the attraction takes seven of them.
+    core, wall_of = LAWS["the paper's"]
+    state = pressed(rough(), GRID, 0.03, core)
+    found = state.threshold(wall_of)
+    reach = wall_of(found.work).range
+
+    def same_range(work: float) -> LennardJonesSpline:
+        return LennardJonesSpline(range=reach, minimum_stiffness=12 * work / reach**2)
+
+    assert state.threshold(same_range).work == pytest.approx(found.work, rel=2e-3)
+
+
 @pytest.mark.parametrize(("law", "substrate"), [("spline", "layered"), ("the paper's", "half-space")])
 def test_the_turn_by_search_lies_there(law: str, substrate: str) -> None:
     heights, (core, wall_of) = rough(), LAWS[law]
