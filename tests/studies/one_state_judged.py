@@ -117,9 +117,9 @@ def tables(rows: DataFrame) -> Iterator[str]:
         groups = [group for _, group in by_one(part)] if name == "self-affine" else []
         yield line(name, part, [part, *groups])
     yield line("all", inside, [inside])
-    yield "\n| self-affine | turns, surfaces | turn over estimate | scatter |\n|---|---|---|---|"
+    yield "\n| self-affine | turns, surfaces | turn over estimate | scatter | |\n|---|---|---|---|---|"
     for name, part in by_one(inside[inside.of == "self-affine"]):
-        yield f"| {name} | {len(part)}, {part.seed.nunique()} | {mean(part)} | {scatter(part.ratio):.3f} |"
+        yield f"| {name} | {len(part)}, {part.seed.nunique()} | {mean(part)} | {scatter(part.ratio):.3f} | **{estimated(part, [part])}** |"
     yield "\n| 16 points to λ_s | turns, surfaces | turn over estimate | over w_DMT (1 + χ), load kept |"
     yield "|---|---|---|---|"
     fine = found[found.lambda_s == 16]
