@@ -1,4 +1,4 @@
-"""The second law on one sphere and one cylinder, from DMT to JKR: `python -m tests.studies.one_contact`, a minute.
+"""The second law on one sphere and one cylinder, from DMT to JKR: `python -m tests.studies.one_contact`, some minutes.
 
 One contact each, of which the range alone is changed; thresholds by one state without adhesion, and by search at the
 same area.  Centres lie between points, so that the area has no jumps; the core has the same stiffness in units of the
@@ -25,8 +25,6 @@ from continuum.solve.solution import NotConvergedError
 from continuum.theory.smooth import tabor_parameter
 from tests.studies.one_state import RESOLVED, load_kept
 
-RANGES = (6.0, 3.0, 1.5, 0.8, 0.5, 0.3, 0.2, 0.1)
-"""In units of a²/R, the height of the profile at the edge of the contact, doubled."""
 CORE = 5.0
 
 
@@ -39,6 +37,8 @@ class Body:
     radius: float
     inside: float
     """Radius, or half width, of the contact, in points."""
+    ranges: tuple[float, ...]
+    """In units of a²/R, twice the height of the profile at the edge of the contact."""
 
     @property
     def heights(self) -> Real:
@@ -66,10 +66,12 @@ class Body:
         return float(part * (self.inside / np.sqrt(pressing)) ** 3 / self.radius**2)
 
 
+RANGES = (6.0, 3.0, 1.5, 0.8, 0.5, 0.3, 0.2)
 BODIES = (
-    Body("cylinder", Grid((1, 512), (1.0, 512.0)), 400.0, 30.0),
-    Body("cylinder", Grid((1, 2048), (1.0, 2048.0)), 1600.0, 120.0),
-    Body("sphere", Grid.square(128), 220.0, 14.5),
+    Body("cylinder", Grid((1, 512), (1.0, 512.0)), 400.0, 30.0, RANGES),
+    Body("cylinder", Grid((1, 2048), (1.0, 2048.0)), 1600.0, 120.0, RANGES),
+    Body("sphere", Grid.square(128), 220.0, 14.5, RANGES[1:6]),
+    Body("sphere", Grid.square(256), 440.0, 29.0, RANGES[1:4]),
 )
 
 
@@ -77,7 +79,7 @@ def rows(body: Body) -> Iterator[tuple[object, ...]]:
     """A row for each range that the grid resolves."""
     core = CORE * 20 / body.inside
 
-    for part in RANGES:
+    for part in body.ranges:
         reach = part * body.inside**2 / body.radius
         wall_of = _law(reach, core)
         contact = c.Contact(body.heights, wall_of(1e-4), c.HalfSpace("clamped"), body.grid.lengths, tolerance=1e-4)

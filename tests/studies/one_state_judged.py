@@ -119,7 +119,8 @@ def tables(rows: DataFrame) -> Iterator[str]:
     yield line("all", inside, [inside])
     yield "\n| self-affine | turns, surfaces | turn over estimate | scatter | |\n|---|---|---|---|---|"
     for name, part in by_one(inside[inside.of == "self-affine"]):
-        yield f"| {name} | {len(part)}, {part.seed.nunique()} | {mean(part)} | {scatter(part.ratio):.3f} | **{estimated(part, [part])}** |"
+        numbers = f"{len(part)}, {part.seed.nunique()} | {mean(part)} | {scatter(part.ratio):.3f}"
+        yield f"| {name} | {numbers} | **{estimated(part, [part])}** |"
     yield "\n| 16 points to λ_s | turns, surfaces | turn over estimate | over w_DMT (1 + χ), load kept |"
     yield "|---|---|---|---|"
     fine = found[found.lambda_s == 16]
@@ -149,13 +150,13 @@ def figure(rows: DataFrame) -> Figure:
     """Turn over w_DMT against the size of the correction; the estimate beside U F and a theory, class by class."""
     found = rows[(rows.how == "turn") & rows.ratio.notna()]
     drawn, (left, right) = plot.new_axes(plot.PAGE, 3.6, columns=2)
-    x = np.array([0.9, 1.5])
+    x = np.array([0.9, 1.55])
     left.fill_between(x, x * LOW, x * HIGH, color="0.9", lw=0, label="3 %")
     left.plot(x, x, "k-", lw=0.8)
     names = list(found.of.value_counts().index)
-    marks = "osv^D<>phX*dP8HsoV"
+    marks = "osv^D<>phX*dP8H123+x|_"
     for i, name in enumerate(names):
-        part, mark = found[found.of == name], marks[i % 16]
+        part, mark = found[found.of == name], marks[i % len(marks)]
         for inside, colour in ((True, f"C{i % 10}"), (False, "none")):
             shown = part[part.within == inside]
             left.plot(shown.estimate / shown.dmt, shown.work / shown.dmt, mark, ms=3, mew=0.5, mec=f"C{i % 10}",
@@ -163,7 +164,7 @@ def figure(rows: DataFrame) -> Figure:
     left.set(xscale="log", yscale="log", xlim=x, ylim=x, xlabel=r"estimate over $w_\mathrm{DMT}$",
              ylabel=r"work at the turn over $w_\mathrm{DMT}$")  # fmt: skip
     inside = found[found.within]
-    columns = {"ratio": ("estimate", "C0o"), "law": (r"$U F$", "C1s"), "theory": ("Persson, Scaraggi", "C2^")}
+    columns = {"ratio": ("estimate", "C0o"), "law": (r"$U F$", "C1s"), "theory": ("Persson", "C2^")}
     for k, (key, (name, style)) in enumerate(columns.items()):
         places = [names.index(of) + 0.25 * (k - 1) for of in inside.of]
         right.plot(np.exp(inside[key]), places, style, ms=2, mew=0, alpha=0.6, label=name)
