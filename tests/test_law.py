@@ -13,7 +13,17 @@ from hypothesis import strategies as st
 from pandas import DataFrame, Series, read_csv
 
 from continuum.theory.rough import turning_share
-from tests.studies import diamond_film, exponents, judgement, law, patches, periods, short_range, turn_of_atoms
+from tests.studies import (
+    diamond_film,
+    exponents,
+    judgement,
+    law,
+    one_state_judged,
+    patches,
+    periods,
+    short_range,
+    turn_of_atoms,
+)
 
 
 def test_the_page_has_the_numbers_of_the_record() -> None:
@@ -170,3 +180,22 @@ def test_work_gained_on_approach_is_that_of_a_parabola_of_load() -> None:
     assert area == pytest.approx(0.2, rel=1e-3)
     with pytest.raises(ValueError, match="does not vanish"):
         diamond_film.gained(states[:300], unit=2.0)
+
+
+def test_the_second_law_has_the_numbers_of_its_turns() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
+    assert "\n".join(one_state_judged.tables(one_state_judged.read())) in page
+
+
+def test_the_second_law_is_judged_by_the_bounds_of_the_page() -> None:
+    """Estimates that are right are held; 6 % off, or scattered by it, a remark; 10 % off refuted; few tell nothing."""
+    rng = np.random.default_rng(3)
+    each = DataFrame({"seed": np.arange(40) % 8, "ratio": 0.02 * rng.normal(size=40)})
+
+    def word(rows: DataFrame) -> str:
+        return one_state_judged.estimated(rows, [rows])
+
+    assert word(each) == "held"
+    assert word(each.assign(ratio=each.ratio + 0.06)) == word(each.assign(ratio=3 * each.ratio)) == "held with a remark"
+    assert word(each.assign(ratio=each.ratio + 0.1)) == word(each.assign(ratio=5 * each.ratio)) == "refuted"
+    assert word(each[each.seed < 5]) == word(each[:9]) == "not tested"

@@ -24,7 +24,7 @@ change.  No number is fitted.  It is stated, with what it was tested on, in docs
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -46,11 +46,11 @@ from continuum.solve.solver import Solver
 ACCURACY, ITERATIONS = 1e-3, 1000
 """Relative residual of the linear solves, which moves the threshold by .3 % at most on three surfaces, and steps after
 which they give up."""
-SHAPES, SAME = 6, 1e-3
+SHAPES, SAME = 12, 1e-3
 """Works at which the shape of a law is looked at before the threshold counts as not found, and how far two shapes may
 be apart, relative to the largest attraction: a hundredth of what the third order leaves open."""
-NOTHING_NEAR = -10.0
-"""Logarithm of the attraction over the load where no gap is within the range of a law."""
+NOTHING = -10.0
+"""Logarithm of the attraction over the load that stands for none at all: a work e^10 times as large is tried next."""
 EDGE = 1e-3
 """Smallest pressure by which the edge is weighed, in units of the mean pressure of the contact."""
 
@@ -211,15 +211,17 @@ class PressedState:
     def dmt(self, law_of: WallOfWork) -> float:
         """w_DMT, in E* a0: the root of N0 = w <τ>, as a law may change its range with its work; NaN without one."""
 
+        @cache
         def excess(logarithm: float) -> float:
             work = float(np.exp(logarithm))
             pull = self.grid.mean(self.attraction(law_of(work))[0])
-            return float(np.log(pull * work / self.load)) if pull > 0 else NOTHING_NEAR
+            return float(np.log(pull * work / self.load)) if pull > 0 else NOTHING
 
         start = float(np.log(self.load * float(self.distance.max())))
-        if excess(start) == NOTHING_NEAR == excess(start - NOTHING_NEAR):
+        other = start - excess(start)
+        if excess(other) == excess(start) == NOTHING:
             return np.nan
-        found = scipy.optimize.root_scalar(excess, x0=start, x1=start - excess(start), xtol=1e-6, maxiter=40)
+        found = scipy.optimize.root_scalar(excess, x0=start, x1=other, xtol=1e-6, maxiter=40)
         return float(np.exp(found.root)) if found.converged else np.nan
 
     def deciding_heights(self, wall: Wall) -> Real:
