@@ -23,6 +23,8 @@ from tests.studies.law import fit, turns
 
 FAR = 60.0
 """Ranges to which an attraction without end is integrated."""
+HARD = 1e-4
+"""Work of the wall over core stiffness and range²: a wall of any range has the same shape, in units of it."""
 
 
 def recorded() -> DataFrame:
@@ -47,8 +49,8 @@ def surface(
 
 
 def weak_adhesion(contact: PerssonContact, shape: Shape, reach: float, area: float) -> float:
-    """Work at the turn by Persson and Scaraggi, under the wall of the sweeps."""
-    wall = attraction_on_core(shape, 1e-3, reach, 1.0)
+    """Work at the turn by Persson and Scaraggi, under the wall of the sweeps on a core that hardly gives way."""
+    wall = attraction_on_core(shape, HARD * reach**2, reach, 1.0)
     end = min(wall.reach - wall.zero_gap, FAR * reach)
     work = wall.work_of_adhesion
     return contact.weak_adhesion_turn(area, lambda gap: -wall.evaluate(wall.zero_gap + gap).traction / work, end)
