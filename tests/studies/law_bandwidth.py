@@ -107,7 +107,8 @@ def judged(rows: DataFrame) -> Iterator[str]:
     for shape, area in SETS:
         for width, part in rows[(rows["shape"] == shape) & (rows.area == area)].groupby("width"):
             mean = Mean.of(part.law.to_numpy())
-            yield f"| {shape} | {area:.1%} | {width:g} | {mean.surfaces} | {mean} | {level(mean) if area in STATED else ''} |"
+            said = level(mean) if area in STATED else ""
+            yield f"| {shape} | {area:.1%} | {width:g} | {mean.surfaces} | {mean} | {said} |"
 
 
 def level(mean: Mean) -> str:
