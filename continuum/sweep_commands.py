@@ -94,10 +94,10 @@ def sweep_collect(**given: Any) -> int:
     found = sweeps.sweep_collect(**given)
     for sheet in table_sheets(found):
         show(sheet)
-    warn(found.faults)
+    warn([*found.faults, *found.lacking])
     for path in found.files:
         print(path)
-    return NOT_CONVERGED if found.faults else OK
+    return NOT_CONVERGED if found.faults or found.lacking else OK
 
 
 @like(publication.sweep_publish)
@@ -108,7 +108,7 @@ def sweep_publish(*, creators: Creators = None, **given: Any) -> int:
     warn(found.warnings)
     for path in found.files:
         print(path)
-    return NOT_CONVERGED if found.table.faults else OK
+    return NOT_CONVERGED if found.table.faults or found.table.lacking else OK
 
 
 @like(collecting.sweep_verify)

@@ -29,6 +29,7 @@ from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.collect import SweepRun as SweepRun
+from continuum.sweeps.columns import ColumnFunction, functions_by_name
 from continuum.sweeps.crossings import Crossing, crossings_of, done_before, solve_task
 from continuum.sweeps.cube import cube_of
 from continuum.sweeps.engine import check_workers, run_tasks
@@ -52,6 +53,7 @@ def sweep(
     threads: int = 1,
     device: str | None = None,
     memory: float | None = None,
+    columns: Mapping[str, ColumnFunction] | None = None,
     retry: bool = False,
     shard: tuple[int, int] = (1, 1),
     scheduler_file: str | Path | None = None,
@@ -77,6 +79,9 @@ def sweep(
     threads : threads of the solver of each system.
     device : device of the solver, instead of ``[solver] device`` of the input: cpu, cuda (a GPU) or a library.
     memory : memory to use, in bytes; all of this machine if None.
+    columns : functions by the names of columns of your own, beside those of ``[sweep.columns]``: each takes the
+        stored :class:`continuum.Result` of a system, in the worker, and returns a number for each point of its path, or
+        one for all; they are in the table, its means, and the searches.
     retry : run failed systems again.
     shard : (i, n) runs the i-th of n parts, for jobs of an array.
     scheduler_file : scheduler file of a Dask cluster that runs the systems, instead of processes on this machine.
@@ -99,7 +104,7 @@ def sweep(
     given = settings_of(settings) | ({} if device is None else {"solver.device": device})
     if name is not None and not re.fullmatch(_NAME, instance("name", name, str)):
         raise ArgumentError("name", name, "a name of letters, digits, dots, - and _, for a folder")
-    described = Sweep.read(file, given, reduced=flag("reduced", reduced), name=name)
+    described = Sweep.read(file, given, reduced=flag("reduced", reduced), name=name, columns=functions_by_name(columns))
     # All that can be wrong is found before anything is written.
     cluster = None if scheduler_file is None else file_name("scheduler_file", scheduler_file)
     devices: tuple[str, ...] = ()

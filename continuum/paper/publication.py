@@ -105,6 +105,8 @@ def sweep_publish(
         about = Metadata(title or f"Sweep {name}: adhesive contacts", names or citation.authors, license,
                          _description(found))  # fmt: skip
         files.save(draft / "sweep.toml", Folder(root).description.read_bytes())
+        for column in found.listing.columns:
+            files.save(draft / column.file_name, (Folder(root).columns / column.file_name).read_bytes())
         _as_netcdf(draft / "table.h5")
         files.save(draft / ".zenodo.json", about.zenodo(citation.doi))
         doubts = _doubts(found)
@@ -135,7 +137,7 @@ def _description(found: PointTable) -> str:
 
 def _doubts(found: PointTable) -> tuple[str, ...]:
     """Warnings for readers of the folder."""
-    said = list(found.faults)
+    said = [*found.faults, *found.lacking]
     if found.missing:
         said.append(f"{found.missing} of {len(found.listing.systems)} systems are not done")
     each = (found.listing.common, *(system.settings for system in found.listing.systems))

@@ -19,7 +19,6 @@ from continuum.show.page import Page
 from continuum.show.runs import crossings_sheet
 from continuum.show.sheet import Column, Sheet, pairs
 from continuum.sweeps.collect import PointTable
-from continuum.sweeps.measured import COLUMNS
 
 if TYPE_CHECKING:
     from continuum.paper.publication import Metadata
@@ -66,7 +65,7 @@ def write_publication_page(
 def summary_sheet(found: PointTable) -> Sheet:
     """What each column of the table holds over all systems; those without a number are left out."""
     rows: list[tuple[str | float | int, ...]] = []
-    for name, (unit, what) in COLUMNS.items():
+    for name, (unit, what) in found.columns.items():
         values = found[name]
         known = np.isfinite(values)
         if known.any():

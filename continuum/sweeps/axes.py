@@ -19,6 +19,7 @@ from continuum.files.tables import Document, identity
 from continuum.files.toml import ConfigError, Source, document, text_of
 from continuum.runs.config import MOST, RunConfig, expand_range
 from continuum.sweeps.bisection import Bisection, bisection_faults, is_bisection
+from continuum.sweeps.columns import OF_PYTHON, ColumnFunction, OwnColumn, name_faults, own_columns
 from continuum.sweeps.conditions import condition, dotted, holds, is_range
 from continuum.tables import Fault, Key, Table, constraint
 
@@ -44,6 +45,9 @@ class SweepTable(Table):
     """tables of keys that change together, lists of one length each"""
     keep: tuple[str, ...] = ()
     """conditions on keys of this input, such as "lambda_s * 8 <= lambda_L"; only systems that meet all are run"""
+    columns: dict[str, str] = Field(default_factory=dict)
+    """columns of one's own: a Python file beside this input with a function of that name, as "mine.py", or
+    "mine.py:function"; it takes a stored run and returns a number for each point of its path, or one for all"""
     reduced: _Values = Field(default_factory=dict)
     """values of keys instead of those above, for a sweep of minutes; a list or a range for a key on an axis"""
 
@@ -63,7 +67,9 @@ class SweepTable(Table):
     @constraint
     def _sound(self) -> Iterator[Fault]:
         # Checks in order; the first that fails is reported.
-        yield from next(filter(None, (list(find()) for find in (self._lists, self._together, self._conditions))), ())
+        yield from next(
+            filter(None, (list(find()) for find in (self._lists, self._together, self._conditions, self._named))), ()
+        )
 
     def _lists(self) -> Iterator[Fault]:
         places = [(("axes",), self.axes), *((("zipped", i), table) for i, table in enumerate(self.zipped))]
@@ -74,7 +80,8 @@ class SweepTable(Table):
             for name, given in table.items():
                 here = (*place, name)
                 if place == ("axes",) and is_bisection(given):
-                    yield from (replace(fault, key=(*here, *fault.key)) for fault in bisection_faults(given))
+                    wrong = bisection_faults(given, self.columns)
+                    yield from (replace(fault, key=(*here, *fault.key)) for fault in wrong)
                     continue
                 try:
                     values = expand_range(given)
@@ -112,6 +119,11 @@ class SweepTable(Table):
                 condition(text)
             except ValueError as error:
                 yield Fault(("keep", i), f'a condition such as "lambda_s * 8 <= lambda_L": {error}')
+
+    def _named(self) -> Iterator[Fault]:
+        on_axes = [key for table in (self.axes, *self.zipped) for key in table]
+        for name in self.columns:
+            yield from name_faults(name, on_axes)
 
 
 def _flat(table: Any) -> Any:
@@ -215,6 +227,8 @@ class Sweep:
     """Whether values were changed from those of the file."""
     bisection: Bisection | None = None
     """The search in each combination of the axes, if there is one."""
+    columns: tuple[OwnColumn, ...] = ()
+    """Columns of one's own."""
 
     @property
     def text(self) -> str:
@@ -225,7 +239,7 @@ class Sweep:
             f"# {self.source.path.name}, with the values that were given beside it, of [sweep.reduced] or by --set.\n"
         )
         table = self.source.data["sweep"]
-        sweep = {name: table[name] for name in ("keep", "axes", "zipped") if table.get(name)}
+        sweep = {name: table[name] for name in ("keep", "columns", "axes", "zipped") if table.get(name)}
         return head + document({**self.base.data, "sweep": sweep})
 
     def _refused(self, key: Key, allowed: str, cause: str = "") -> ConfigError:
@@ -239,6 +253,7 @@ class Sweep:
         *,
         reduced: bool = False,
         name: str | None = None,
+        columns: Mapping[str, ColumnFunction] | None = None,
     ) -> Self:
         """Read a sweep without checking its systems.
 
@@ -248,8 +263,9 @@ class Sweep:
         name : of the sweep; that of the file if None, and "sweep" of tables.
         settings : values of keys instead of those of the file; of a key on an axis, a value, a list or a range.
         reduced : whether to use the values of ``[sweep.reduced]``, before the settings.
+        columns : functions of columns of one's own by their names, beside those of ``[sweep.columns]``.
 
-        Raises ConfigError with all faults of the table [sweep].
+        Raises ConfigError with all faults of the table [sweep], or of the files of its columns.
         """
         source = source_of(file, name or "sweep")
         data = dict(source.data)
@@ -260,6 +276,8 @@ class Sweep:
         reducing = table.get("reduced", {}) if reduced else {}
         changes = {**(_flat(reducing) if isinstance(reducing, Mapping) else {}), **(settings or {})}
         table, plain = _changed(table, changes)
+        if columns and isinstance(listed := table.get("columns", {}), Mapping):
+            table = {**table, "columns": {**listed, **dict.fromkeys(columns, OF_PYTHON)}}
         source = replace(source, data={**data, "sweep": table})
         found = parsed(replace(source, data={"sweep": table}), _Sweeps).sweep
         axes, bisection = found.all_axes, found.bisection
@@ -270,7 +288,9 @@ class Sweep:
         base = replace(source, data=data)
         own = name or source.path.stem
         base = base.changed(plain) if plain else base
-        return cls(f"{own}-reduced" if reduced else own, source, base, axes, found.keep, bool(changes), bisection)
+        own = f"{own}-reduced" if reduced else own
+        made = own_columns(source, found.columns, columns or {})
+        return cls(own, source, base, axes, found.keep, bool(changes or columns), bisection, made)
 
     def systems(self) -> Iterator[tuple[System, RunConfig]]:
         """Its systems, each once, with the input of its run; the last axis changes fastest.

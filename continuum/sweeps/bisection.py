@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from continuum.files.toml import nearest
-from continuum.model.fourier import Real
-from continuum.sweeps.measured import COLUMNS
+from continuum.sweeps.measured import COLUMNS, SystemTable
 from continuum.tables import Fault
 
 KEYS: Mapping[str, str] = {
@@ -44,7 +43,7 @@ class Bisection:
     key: str
     """Dotted key of the input."""
     column: str
-    """One of :data:`continuum.sweeps.measured.COLUMNS`."""
+    """One of :data:`continuum.sweeps.measured.COLUMNS`, or one of one's own."""
     target: float | None
     """Target of the path at which the column is read; None for its last point."""
     crosses: float
@@ -93,11 +92,12 @@ class Bisection:
         """Whether the column is read at a point of this target."""
         return self.target is not None and math.isclose(value, self.target, rel_tol=1e-9, abs_tol=1e-12)
 
-    def at(self, table: Real) -> float:
-        """The column of a system, from its table of all :data:`COLUMNS`; NaN where its point has not converged."""
-        target, converged, column = map(list(COLUMNS).index, ("target", "converged", self.column))
-        rows = table[-1:] if self.target is None else [row for row in table if self.is_target(row[target])]
-        return float(rows[0][column]) if len(rows) and rows[0][converged] == 1 else math.nan
+    def at(self, numbers: SystemTable) -> float:
+        """The column of a system, from all its numbers; NaN where its point has not converged."""
+        targets = numbers["target"].tolist()
+        steps = [step for step, target in enumerate(targets) if self.target is None or self.is_target(target)]
+        step = steps[-1 if self.target is None else 0] if steps else None
+        return math.nan if step is None or numbers["converged"][step] != 1 else float(numbers[self.column][step])
 
     def follow(self, column_at: Callable[[float], float | None]) -> Bracket:
         """The state of the search.
@@ -168,8 +168,8 @@ def is_bisection(given: Any) -> bool:
     return "bisect" in given or ("from" in given and not given.keys().isdisjoint(("tolerance", "crosses", "scale")))
 
 
-def bisection_faults(given: Mapping[str, Any]) -> Iterator[Fault]:
-    """All that is wrong with the table of a search."""
+def bisection_faults(given: Mapping[str, Any], own: Collection[str] = ()) -> Iterator[Fault]:
+    """All that is wrong with the table of a search; ``own`` are the columns of one's own."""
     for name in given.keys() - KEYS.keys():
         meant = nearest(str(name), KEYS)
         yield Fault((name,), "one of the keys " + ", ".join(KEYS), f"misspelt; did you mean {meant}?" if meant else "")
@@ -183,7 +183,7 @@ def bisection_faults(given: Mapping[str, Any]) -> Iterator[Fault]:
             sound[name] = float(value)
         elif name in given:
             yield Fault((name,), f"a number ({KEYS[name]})", "a number in quotes, or true/false")
-    yield from _wrong_column(given.get("bisect", "load"))
+    yield from _wrong_column(given.get("bisect", "load"), (*COLUMNS, *own))
     if "tolerance" in sound and not _FINEST <= sound["tolerance"] <= _COARSEST:
         yield Fault(("tolerance",), KEYS["tolerance"])
     scale = given.get("scale", "log")
@@ -198,14 +198,14 @@ def bisection_faults(given: Mapping[str, Any]) -> Iterator[Fault]:
         yield Fault(("to",), KEYS["to"], "the ends exchanged")
 
 
-def _wrong_column(given: Any) -> Iterator[Fault]:
+def _wrong_column(given: Any, columns: Collection[str]) -> Iterator[Fault]:
     found = _COLUMN.fullmatch(given) if isinstance(given, str) else None
     if found is None:
         yield Fault(("bisect",), KEYS["bisect"])
         return
-    if found[1] not in COLUMNS:
-        meant = nearest(found[1], COLUMNS)
-        hint = f"misspelt; did you mean {meant}?" if meant else f"the columns are {', '.join(COLUMNS)}"
+    if found[1] not in columns:
+        meant = nearest(found[1], columns)
+        hint = f"misspelt; did you mean {meant}?" if meant else f"the columns are {', '.join(columns)}"
         yield Fault(("bisect",), KEYS["bisect"], hint)
     try:
         finite = found[2] is None or math.isfinite(float(found[2]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +20,7 @@ from continuum.files.toml import ConfigError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
-from continuum.sweeps.crossings import Crossing, asked_for, crossings_of
+from continuum.sweeps.crossings import Crossing, asked_for, crossings_of, with_columns
 from continuum.sweeps.cube import as_cell, cube_of
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
@@ -59,9 +59,20 @@ class PointTable:
     """Files that the table was written into."""
     crossings: tuple[Crossing, ...] = ()
     """Results of searches in each combination of the axes."""
+    own: Mapping[str, Real] = field(default_factory=dict)
+    """Columns of one's own, a value for each point; NaN where there is none."""
+    lacking: tuple[str, ...] = ()
+    """Columns of one's own that some systems lack, with the reason."""
+
+    @property
+    def columns(self) -> dict[str, tuple[str, str]]:
+        """All columns of the table: unit and description."""
+        return {**COLUMNS, **{one.name: ("", f"column of this sweep: {one.origin}") for one in self.listing.columns}}
 
     def __getitem__(self, name: str) -> Real:
         """A column of the table, or the value of a key of the input such as ``surface.lambda_s``, for each point."""
+        if name in self.own:
+            return self.own[name]
         if name in COLUMNS:
             return self.values[:, list(COLUMNS).index(name)]
         per_system = np.array([self.setting(key, name) for key in self.keys])
@@ -154,8 +165,9 @@ class PointTable:
     def rows(self) -> tuple[list[tuple[str, str]], Iterator[list[Any]]]:
         """Name and unit of each column, and the rows of the tidy table."""
         axes = [key for axis in self.listing.axes for key in axis.keys]
-        head = [("system", ""), *((name, "") for name in axes), *((n, unit) for n, (unit, _) in COLUMNS.items())]
-        each = zip((self.keys[index] for index in self.system), self.values.tolist(), strict=True)
+        head = [("system", ""), *((name, "") for name in axes), *((n, unit) for n, (unit, _) in self.columns.items())]
+        values = np.column_stack([self.values, *self.own.values()])
+        each = zip((self.keys[index] for index in self.system), values.tolist(), strict=True)
         return head, ([key, *(as_cell(self.setting(key, name)) for name in axes), *numbers] for key, numbers in each)
 
 
@@ -166,15 +178,19 @@ def collect(root: str | Path) -> PointTable:
     """
     folder, listing = Folder(Path(root)), systems_of(root)
     found, faults = dict[str, SystemTable](), list[str]()
-    there = [(each.key, path) for each in listing.systems if (path := folder.point(each.key)).is_file()]
-    for key, path in there:
+    there = [each.key for each in listing.systems if folder.point(each.key).is_file()]
+    for key in there:
         try:
-            found[key] = numbers_of(path, key)
+            found[key] = with_columns(folder, key, listing.columns)
         except StoreError as error:
             faults.append(str(error))
-    crossings = crossings_of(folder.root, listing, lambda key: found[key].table if key in found else None)
-    asked = asked_for(listing, crossings, {key for key, _ in there})
-    good = [one.table[one.table[:, list(COLUMNS).index("converged")] == 1] for one in found.values()]
+    names = [column.name for column in listing.columns]
+    complete = {key: one for key, one in found.items() if len(one.own) == len(names)}
+    crossings = crossings_of(folder.root, listing, complete.get)
+    asked = asked_for(listing, crossings, set(there))
+    kept = [one["converged"] == 1 for one in found.values()]
+    good = [one.table[points] for one, points in zip(found.values(), kept, strict=True)]
+    own = {name: [one.own.get(name, np.full(len(one.table), np.nan)) for one in found.values()] for name in names}
     return PointTable(
         listing,
         tuple(found),
@@ -186,7 +202,19 @@ def collect(root: str | Path) -> PointTable:
         tuple(faults),
         dict(Counter(one.made for one in found.values())),
         crossings=crossings,
+        own={name: np.concatenate([np.empty(0), *map(np.compress, kept, own[name])]) for name in names},
+        lacking=tuple(_lacking(folder, found, names)),
     )
+
+
+def _lacking(folder: Folder, found: Mapping[str, SystemTable], names: Sequence[str]) -> Iterator[str]:
+    """Of each column of one's own that systems lack: how many, and why."""
+    for name in names:
+        without = [key for key, one in found.items() if name not in one.own]
+        if without:
+            reasons = filter(None, map(folder.failure_reason, without))
+            why = next(reasons, "not computed yet; the same `continuum sweep run` does it")
+            yield f"{name} is missing in {len(without)} of {len(found)} systems: {why}"
 
 
 @dataclass(frozen=True)

@@ -11,17 +11,17 @@ from continuum.files import output
 from continuum.files.hdf5 import StoreError
 from continuum.files.tables import identity
 from continuum.files.toml import text_of
-from continuum.model.fourier import Real
 from continuum.path.state import JumpSide, Outcome
 from continuum.runs.result import Result
 from continuum.sweeps.axes import System, label_of
 from continuum.sweeps.bisection import Bisection, Bracket
+from continuum.sweeps.columns import OwnColumn, columns_of
 from continuum.sweeps.folder import Folder, names
-from continuum.sweeps.measured import numbers_of
+from continuum.sweeps.measured import SystemTable, numbers_of
 from continuum.sweeps.sweep import SweepListing, SystemTask, read_trials, save_trials, solve_system
 
-Numbers = Callable[[str], Real | None]
-"""Function that returns the table of numbers of a system by its identity; None if there is none."""
+Numbers = Callable[[str], SystemTable | None]
+"""Function that returns the numbers of a system by its identity; None if there are none, or columns are missing."""
 
 NOT_DONE = "not done"
 """Status of a search that a further run would go on with."""
@@ -85,7 +85,7 @@ def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
             trials[value] = replace(plan, key=identity(plan.config))
         if known.get(value) is None:
             try:
-                known[value] = _column(search, folder, trials[value].key, _on_disk(folder))
+                known[value] = _column(search, folder, trials[value].key, _on_disk(folder, task.columns))
             except StoreError as error:  # not a fault of the search
                 raise OutputError(f"{error}; `continuum sweep verify --aside` moves it away") from error
         return known[value]
@@ -99,7 +99,7 @@ def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
         while (value := next_value()) is not None:
             plan = trials[value]
             try:
-                solve_system(root, SystemTask(folder.point(plan.key), plan.label, plan=plan))
+                solve_system(root, SystemTask(folder.point(plan.key), plan.label, plan=plan, columns=task.columns))
             except OutputError:
                 raise
             except Exception as error:
@@ -115,10 +115,10 @@ def done_before(root: Path) -> Callable[[Any], bool]:
 
     def is_done(task: SystemTask) -> bool:
         if (search := task.bisection) is None:
-            return task.path.stem in there
+            return task.path.stem in there and len(columns_of(folder, task.plan.key, task.columns)) == len(task.columns)
         keys = {search.first: task.plan.key, search.last: task.upper, **read_trials(task.path)}
         try:
-            return _bracket(search, folder, keys, _on_disk(folder)).next is None
+            return _bracket(search, folder, keys, _on_disk(folder, task.columns)).next is None
         except StoreError:
             return False
 
@@ -133,15 +133,16 @@ def crossings_of(root: Path, listing: SweepListing, numbers: Numbers | None = No
     numbers : tables that were read before; by default they are read from the files.
     """
     folder, found = Folder(root), []
+    numbers = numbers or _on_disk(folder, listing.columns)
     for each in listing.searches:
         assert listing.bisection is not None
         search, given = listing.bisection, each.systems[0].settings
         keys = {system.settings[search.key]: system.key for system in each.systems}
         damaged = ""
         try:
-            bracket = _bracket(search, folder, keys, numbers or _on_disk(folder))
+            bracket = _bracket(search, folder, keys, numbers)
         except StoreError as error:
-            bracket, damaged = _bracket(search, folder, {}, numbers or _on_disk(folder)), str(error)
+            bracket, damaged = _bracket(search, folder, {}, numbers), str(error)
         status = damaged or bracket.reason or ("found" if bracket.next is None else NOT_DONE)
         if status == NOT_DONE and (reason := folder.failure_reason(each.name)):
             status = f"failed: {reason}"
@@ -163,10 +164,20 @@ def asked_for(listing: SweepListing, crossings: Sequence[Crossing], done: Contai
     return replace(listing, systems=tuple(systems))
 
 
-def _on_disk(folder: Folder) -> Numbers:
-    def numbers(key: str) -> Real | None:
-        path = folder.point(key)
-        return numbers_of(path, key).table if path.is_file() else None
+def with_columns(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> SystemTable:
+    """The numbers of a finished system with the columns of one's own that are stored; StoreError if it is damaged."""
+    found, own = numbers_of(folder.point(key), key), columns_of(folder, key, columns)
+    if any(values.shape != (len(found.table),) for values in own.values()):
+        raise StoreError(f"{folder.own(key)}: is not of the points of its system; delete it, and run the sweep again")
+    return replace(found, own=own)
+
+
+def _on_disk(folder: Folder, columns: Sequence[OwnColumn]) -> Numbers:
+    def numbers(key: str) -> SystemTable | None:
+        if not folder.point(key).is_file():
+            return None
+        found = with_columns(folder, key, columns)
+        return found if len(found.own) == len(columns) else None
 
     return numbers
 
@@ -176,10 +187,10 @@ def _bracket(search: Bisection, folder: Folder, keys: Mapping[float, str], numbe
 
 
 def _column(search: Bisection, folder: Folder, key: str, numbers: Numbers) -> float | None:
-    table = numbers(key)
-    if table is None:
+    found = numbers(key)
+    if found is None:
         return None
-    value = search.at(table)
+    value = search.at(found)
     return between_sides(search, Result.read(folder.point(key))) if math.isnan(value) else value
 
 

@@ -43,7 +43,7 @@ def cube_of(found: PointTable) -> tuple[dict[str, Dataset], dict[str, Any]]:
     steps = found["step"].astype(int)
     dims = {**dims, "step": int(steps.max(initial=-1)) + 1}
     where = np.array([(*of_system[found.keys[i]], step) for i, step in zip(found.system, steps, strict=True)])
-    for name, (unit, what) in COLUMNS.items():
+    for name, (unit, what) in found.columns.items():
         datasets[name] = _spread(dims, where, found[name], unit, what)
     datasets["step"] = Dataset(np.arange(dims["step"]), ("step",), "1", COLUMNS["step"][1])
     said = {
@@ -66,7 +66,7 @@ def _with_searches(
     combination = {key: place or (0,) for key, place in of_system.items()}
     brackets = {each.systems[0].key: one.bracket for one, each in zip(found.crossings, searches, strict=True)}
     known = [(bracket, combination[key]) for key, bracket in brackets.items() if key in combination]
-    where, unit = [place for _, place in known], COLUMNS[search.column][0]
+    where, unit = [place for _, place in known], found.columns[search.column][0]
     for name, attribute, units, what in (
         ("", "value", "", f"{search.key} where {search.column} crosses {search.crosses:g}; NaN where it does not"),
         ("_lower", "lower", "", "lower end of its bracket, as far as the search is"),

@@ -3,7 +3,8 @@
 It holds ``sweep.toml`` (the input), ``systems.json`` (what it amounts to), ``points/KEY.h5`` (the systems that are
 done, never changed again), ``work/`` (those that are running), ``failed/KEY.json`` (why one could not be done),
 ``earlier/`` (inputs that listed systems which the present one does not), the tables ``table.csv`` and ``table.h5``, and
-of searches ``searches/NAME.json`` (which systems one has tried) and ``crossings.csv`` (what they have found).
+of searches ``searches/NAME.json`` (which systems one has tried) and ``crossings.csv`` (what they have found); of
+columns of one's own ``columns/KEY.json`` (their numbers in a system) and the functions themselves.
 """
 
 import json
@@ -36,9 +37,14 @@ class Folder:
         self.tables = root / "table.csv", root / "table.h5"  # of all points, as text and for xarray
         self.searches = root / "searches"
         self.crossings = root / "crossings.csv"
+        self.columns = root / "columns"
 
     def point(self, key: str) -> Path:
         return self.points / f"{key[:_DIGITS]}.h5"
+
+    def own(self, key: str) -> Path:
+        """File of the columns of one's own of a system."""
+        return self.columns / f"{key[:_DIGITS]}.json"
 
     def failure(self, key: str) -> Path:
         return self.failed / f"{key[:_DIGITS]}.json"

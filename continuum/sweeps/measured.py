@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +66,12 @@ class SystemTable:
     """Wall time of the system."""
     made: str
     """Version and commit of the program."""
+    own: Mapping[str, Real] = field(default_factory=dict)
+    """Columns of one's own, a value for each point."""
+
+    def __getitem__(self, name: str) -> Real:
+        """A column, a value for each point."""
+        return self.own[name] if name in self.own else self.table[:, list(COLUMNS).index(name)]
 
 
 def numbers_of(path: Path, key: str | None = None) -> SystemTable:

@@ -86,9 +86,10 @@ def sweep_status(
     listing = asked_for(listing, crossings, there)
     costs = {folder.point(system.key).stem: system for system in listing.systems}
     done = {name: when for name, when in ended.items() if name in costs}
-    tried = [(name, system.label) for name, system in costs.items() if name not in done]
-    tried += [(one.name, one.label) for one in crossings]
-    failed = [(label, reason) for name, label in tried if (reason := folder.failure_reason(name))]
+    # Of a system that is done a column of one's own may have failed.
+    tried = {name: system.label for name, system in costs.items()} | {one.name: one.label for one in crossings}
+    reasons = {name: reason for name in tried if (reason := folder.failure_reason(name))}
+    failed = [(tried[name], reason) for name, reason in reasons.items()]
     running = []
     for mark in sorted(folder.work.glob(".*.lock")):
         name = mark.name.removeprefix(".").removesuffix(".lock")
@@ -101,7 +102,7 @@ def sweep_status(
         if mark.stem in costs and mark.stem not in done
     ]
     work = sum(system.cost for name, system in costs.items() if name not in done)
-    left = len(costs) - len(done) - len(failed)
+    left = len(costs.keys() - done.keys() - reasons.keys())
     if listing.bisection is not None:  # searches may try more systems than are listed yet
         each, most = zip(listing.searches, crossings, strict=True), listing.bisection.most
         work += sum((most - len(one.systems)) * one.systems[0].cost for one, found in each if not found.complete)

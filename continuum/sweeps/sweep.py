@@ -21,6 +21,7 @@ from continuum.runs.growth import Growth, growths
 from continuum.runs.run import follow_run
 from continuum.sweeps.axes import Axis, Sweep, System, label_of
 from continuum.sweeps.bisection import Bisection
+from continuum.sweeps.columns import OwnColumn, add_columns
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
@@ -54,6 +55,8 @@ class SweepListing:
     bisection: Bisection | None = None
     """What is searched for, if anything is."""
     searches: tuple[SweepSearch, ...] = ()
+    columns: tuple[OwnColumn, ...] = ()
+    """Columns of one's own."""
 
     @property
     def keys(self) -> set[str]:
@@ -72,6 +75,8 @@ class SystemTask(Task):
     """What is searched for, if anything is."""
     upper: str = field(default="", kw_only=True)
     """Identity of the system at the upper end of a search."""
+    columns: tuple[OwnColumn, ...] = field(default=(), kw_only=True)
+    """Columns of one's own, with their functions."""
 
 
 def begin(
@@ -106,6 +111,8 @@ def begin(
         warn(changes)
     _save_once(folder.description, sweep.text)
     _save_once(folder.listing, _json(listing))
+    for column in sweep.columns:
+        _save_once(output.folder(folder.columns) / column.file_name, column.text)
     failed = names(folder.failed)
     if retry:
         for name in failed:
@@ -150,26 +157,26 @@ def _growth_in_words(tasks: Sequence[SystemTask]) -> list[str]:
 
 
 def solve_system(root: Path, task: SystemTask) -> None:
-    """Run one system: compute its path and its numbers, and move its file to the finished ones.
+    """Run one system: compute its path and its numbers, move its file to the finished ones, and add its columns.
 
-    Raises LockedError if another process works on it.
+    Raises LockedError if another process works on it, ColumnError if a column of one's own fails.
     """
     folder = Folder(root)
     working = folder.work / task.path.name
     with output.reserved(folder.work / task.path.stem):
-        if task.path.is_file():  # done meanwhile by another process
-            return
-        if working.exists() and store.schema_of(working) != RunConfig.result_schema:
-            working.unlink()  # remains of an interrupted machine
-        follow_run(
-            task.plan.config,
-            working,
-            every=_EVERY,
-            growth=task.growth,
-            progress=lambda _, done, total: say(done / total),
-        )
-        add_measurements(working)
-        output.placed(working, task.path)
+        if not task.path.is_file():  # else it was done before, or meanwhile by another process
+            if working.exists() and store.schema_of(working) != RunConfig.result_schema:
+                working.unlink()  # remains of an interrupted machine
+            follow_run(
+                task.plan.config,
+                working,
+                every=_EVERY,
+                growth=task.growth,
+                progress=lambda _, done, total: say(done / total),
+            )
+            add_measurements(working)
+            output.placed(working, task.path)
+        add_columns(folder, task.plan.key, task.columns)
         folder.failure(task.path.stem).unlink(missing_ok=True)
         folder.death(task.path.stem).unlink(missing_ok=True)
 
@@ -186,7 +193,9 @@ def systems_of(root: str | Path) -> SweepListing:
             for key, values, cost, memory in data["systems"]
         )
         bisection = Bisection(**data["bisection"]) if data.get("bisection") else None
-        return _with_trials(Folder(Path(root)), SweepListing(data["name"], axes, data["common"], systems, bisection))
+        columns = tuple(OwnColumn(**column) for column in data.get("columns", ()))
+        listing = SweepListing(data["name"], axes, data["common"], systems, bisection, columns=columns)
+        return _with_trials(Folder(Path(root)), listing)
     except FileNotFoundError:
         raise SweepError(f"{root}: is not the folder of a sweep; `continuum sweep run FILE.toml` makes one") from None
     except (OSError, ValueError, KeyError, TypeError) as error:
@@ -203,25 +212,27 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
         cost = cost_of(config)
         nx, ny = config.grid.n
         plan = replace(plan, cost=float(cost.fft_pairs) * nx * ny, memory=float(cost.memory))
-        tasks.append(SystemTask(folder.point(plan.key), plan.label, plan.cost, plan.memory, plan=plan))
+        tasks.append(
+            SystemTask(folder.point(plan.key), plan.label, plan.cost, plan.memory, plan=plan, columns=sweep.columns)
+        )
     axes, search = sweep.axes, sweep.bisection
     if search is not None:
         axes += (Axis((search.key,), ((search.first,), (search.last,))),)
     on_axes = {key for axis in axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}
     systems = tuple(task.plan for task in tasks)
-    listing = _with_trials(folder, SweepListing(sweep.name, axes, common, systems, search))
+    listing = _with_trials(folder, SweepListing(sweep.name, axes, common, systems, search, columns=sweep.columns))
     if search is not None:
-        tasks = [_search_task(folder, search, each) for each in listing.searches]
+        tasks = [_search_task(folder, search, each, sweep.columns) for each in listing.searches]
     return listing, tasks
 
 
-def _search_task(folder: Folder, search: Bisection, of: SweepSearch) -> SystemTask:
+def _search_task(folder: Folder, search: Bisection, of: SweepSearch, columns: tuple[OwnColumn, ...]) -> SystemTask:
     lower, *_, upper = of.systems
     label = label_of({**lower.settings, search.key: f"{search.first:g} to {search.last:g}"})
     cost, memory = search.most * max(lower.cost, upper.cost), max(lower.memory, upper.memory)
     path = folder.search(of.name)
-    return SystemTask(path, label, cost, memory, plan=lower, bisection=search, upper=upper.key)
+    return SystemTask(path, label, cost, memory, plan=lower, bisection=search, upper=upper.key, columns=columns)
 
 
 def save_trials(path: Path, trials: Mapping[float, str]) -> None:
@@ -295,7 +306,7 @@ def changes_of(root: str | Path, sweep: Sweep) -> list[str]:
 
 def _changes(earlier: SweepListing, listing: SweepListing, grown: Sequence[str]) -> list[str]:
     before, now = earlier.keys, listing.keys
-    if before == now and earlier.bisection == listing.bisection:
+    if before == now and (earlier.bisection, earlier.columns) == (listing.bisection, listing.columns):
         return []
     counts = f"new systems: {len(now - before)}, the same: {len(before & now)}, no longer listed: {len(before - now)}"
     if not before & now and not grown:
@@ -311,6 +322,7 @@ def _differences(before: SweepListing, now: SweepListing) -> list[str]:
             **one.common,
             **{k: list(v) for axis in one.axes for k, v in zip(axis.keys, zip(*axis.values, strict=True), strict=True)},
             **({one.bisection.key: one.bisection.table} if one.bisection else {}),
+            **{f"column {column.name}": f"{column.origin} ({column.digest[:12]})" for column in one.columns},
         }
         for one in (before, now)
     ]
@@ -319,13 +331,17 @@ def _differences(before: SweepListing, now: SweepListing) -> list[str]:
 
 
 def _json(listing: SweepListing) -> str:
-    axes, systems, searched = listing.axes, listing.systems, dict[str, Any]()
+    axes, systems, added = listing.axes, listing.systems, dict[str, Any]()
     if listing.bisection is not None:  # without keys that searches change
         systems = tuple(end for each in listing.searches for end in (each.systems[0], each.systems[-1]))
         ends = tuple((system.settings[listing.bisection.key],) for system in systems[:2])
-        axes, searched = (*axes[:-1], replace(axes[-1], values=ends)), {"bisection": vars(listing.bisection)}
+        axes, added = (*axes[:-1], replace(axes[-1], values=ends)), {"bisection": vars(listing.bisection)}
+    if listing.columns:
+        added["columns"] = [
+            {name: getattr(one, name) for name in ("name", "origin", "digest")} for one in listing.columns
+        ]
     named = [{"keys": axis.keys, "values": axis.values} for axis in axes]
-    head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listing.name, "axes": named, **searched}
+    head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listing.name, "axes": named, **added}
     # One line for each system, so that a long list remains readable.
     rows = [json.dumps([s.key, list(s.settings.values()), s.cost, s.memory]) for s in systems]
     start = json.dumps({**head, "common": listing.common})

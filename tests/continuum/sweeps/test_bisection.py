@@ -15,7 +15,7 @@ from continuum.cli import main
 from continuum.files.toml import ConfigError
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.bisection import KEYS, Bisection, bisection_faults, is_bisection
-from continuum.sweeps.measured import COLUMNS
+from continuum.sweeps.measured import COLUMNS, SystemTable
 from tests.problems import SMALL
 
 ONE: dict[str, Any] = {"bisect": "load at 1.4", "from": 0.002, "to": 0.02, "tolerance": 0.02}
@@ -107,15 +107,15 @@ def test_where_nothing_crosses_or_nothing_is_known_it_says_so() -> None:
 
 def test_the_column_is_read_where_it_is_asked_for() -> None:
     table = np.zeros((4, len(COLUMNS)))
-    at = list(COLUMNS).index
+    at, numbers = list(COLUMNS).index, SystemTable(table, 0.0, "", {"mine": np.array([1.0, 5.0, 3.0, 4.0])})
     table[:, at("target")] = [1.6, 1.4, 1.2, 1.4]  # there, and a part of the way back
     table[:, at("load")] = [1.0, 2.0, 3.0, 4.0]
     table[:, at("converged")] = [1, 1, 0, 1]
-    assert search().at(table) == 2.0
-    assert search(bisect="load").at(table) == 4.0
-    assert math.isnan(search(bisect="load at 1.2").at(table))
-    assert search(bisect=" load  at 140 %").at(table) == 2.0
-    assert math.isnan(search(bisect="load at 1.3").at(table))
+    assert search().at(numbers) == 2.0
+    assert search(bisect="load").at(numbers) == 4.0
+    assert math.isnan(search(bisect="load at 1.2").at(numbers))
+    assert search(bisect=" load  at 140 %").at(numbers) == 2.0
+    assert math.isnan(search(bisect="load at 1.3").at(numbers))
 
 
 NUMBERS = st.one_of(

@@ -32,7 +32,16 @@ SWEEP = {**RUN, "sweep": {"axes": AXES}}
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    return c.sweep(SWEEP, tmp_path_factory.mktemp("out"), name="mine")
+    return c.sweep(SWEEP, tmp_path_factory.mktemp("out"), name="mine", columns=COLUMNS)
+
+
+def widest(result: c.Result) -> list[int]:
+    """The largest number of touching points of a row, at each point of the path."""
+    return [result.repulsive(step).sum(axis=1).max() for step in range(len(result.points))]
+
+
+factor = 2.0
+COLUMNS = {"widest": widest, "doubled": lambda result: [factor * point.load for point in result.points]}
 
 
 @pytest.fixture(scope="module")
