@@ -64,8 +64,8 @@ class OwnColumn:
         """Name under which its text is kept in the folder of the sweep."""
         return f"{self.name}-{self.digest[:12]}.py"
 
-    def of(self, result: Result) -> list[float | None]:
-        """The column of a run, a number for each point; None where it has none.
+    def of(self, result: Result) -> Real:
+        """The column of a run, a number for each point; NaN where it has none.
 
         Raises whatever the function raises; ColumnError if it does not return numbers.
         """
@@ -79,8 +79,7 @@ class OwnColumn:
                 f"returned {reprlib.repr(returned)}; allowed: a number for each of the {points} points of the path, or "
                 "one for all; nan where there is none"
             )
-        each = np.broadcast_to(found.astype(float), points)
-        return [None if np.isnan(value) else float(value) for value in each]
+        return np.broadcast_to(found.astype(np.float64), points)
 
 
 def functions_by_name(columns: Any) -> dict[str, ColumnFunction]:
@@ -186,7 +185,11 @@ def add_columns(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> None:
             said.append(f"column {column.name} ({column.origin}) {error}")
         except Exception as error:
             said.append(f"column {column.name} ({column.origin}): {type(error).__name__}: {error}")
-    content = {"schema": "stickiness/columns", "system": key, "columns": known}
+    numbers = {
+        name: (digest, [None if np.isnan(value) else value for value in values.tolist()])
+        for name, (digest, values) in known.items()
+    }
+    content = {"schema": "stickiness/columns", "system": key, "columns": numbers}
     output.save(output.folder(folder.columns) / folder.own(key).name, json.dumps(content) + "\n", own=True)
     if said:
         raise ColumnError(f"{'; '.join(said)}; its points are stored: mend it and run again with --retry")
@@ -195,14 +198,13 @@ def add_columns(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> None:
 def columns_of(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> dict[str, Real]:
     """Those of these columns that are stored of a system, a value for each of its points; NaN where there is none."""
     known = _stored(folder, key) if columns else {}
-    right = (one.name for one in columns if one.name in known and known[one.name][0] == one.digest)
-    return {name: np.array(known[name][1], dtype=np.float64) for name in right}
+    return {one.name: known[one.name][1] for one in columns if one.name in known and known[one.name][0] == one.digest}
 
 
-def _stored(folder: Folder, key: str) -> dict[str, tuple[str, list[float | None]]]:
+def _stored(folder: Folder, key: str) -> dict[str, tuple[str, Real]]:
     """Digest and values of each stored column; empty if there are none, or they cannot be read."""
     try:
         data = json.loads(folder.own(key).read_text(encoding="utf-8"))
-        return {str(name): (str(digest), list(values)) for name, (digest, values) in data["columns"].items()}
+        return {name: (digest, np.array(each, dtype=np.float64)) for name, (digest, each) in data["columns"].items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}
