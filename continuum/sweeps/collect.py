@@ -67,7 +67,7 @@ class PointTable:
     @property
     def columns(self) -> dict[str, tuple[str, str]]:
         """All columns of the table: unit and description."""
-        return {**COLUMNS, **{one.name: ("", f"column of this sweep: {one.origin}") for one in self.listing.columns}}
+        return {**COLUMNS, **{one.name: ("", f"column of this sweep: {one.made}") for one in self.listing.columns}}
 
     def __getitem__(self, name: str) -> Real:
         """A column of the table, or the value of a key of the input such as ``surface.lambda_s``, for each point."""

@@ -60,6 +60,11 @@ class OwnColumn:
     """The function as it is sent to other processes; empty of a stored listing."""
 
     @property
+    def made(self) -> str:
+        """Where its function is, and the beginning of its hash."""
+        return f"{self.origin} ({self.digest[:12]})"
+
+    @property
     def file_name(self) -> str:
         """Name under which its text is kept in the folder of the sweep."""
         return f"{self.name}-{self.digest[:12]}.py"

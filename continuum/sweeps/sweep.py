@@ -322,7 +322,7 @@ def _differences(before: SweepListing, now: SweepListing) -> list[str]:
             **one.common,
             **{k: list(v) for axis in one.axes for k, v in zip(axis.keys, zip(*axis.values, strict=True), strict=True)},
             **({one.bisection.key: one.bisection.table} if one.bisection else {}),
-            **{f"column {column.name}": f"{column.origin} ({column.digest[:12]})" for column in one.columns},
+            **{f"column {column.name}": column.made for column in one.columns},
         }
         for one in (before, now)
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import pickle
 import re
@@ -109,7 +110,8 @@ def test_columns_of_a_file_stand_in_every_table(finished: Path, tmp_path: Path) 
     assert means["name_of_the_surface"].tolist() == [3.5, 3.5]
     assert means["doubled_error"].tolist() == pytest.approx(2 * means["load_error"])
     assert cube["doubled"].dims == cube["load"].dims
-    assert "mine.py:apart" in cube["closest"].attrs["long_name"]
+    digest = hashlib.sha256(f"apart\n{MINE}".encode()).hexdigest()[:12]
+    assert cube["closest"].attrs["long_name"].endswith(f"mine.py:apart ({digest})")
     header, first = (tmp_path / "table.csv").read_text().splitlines()[:2]
     row = dict(zip(header.split(","), first.split(","), strict=True))
     assert float(row["doubled"]) == 2 * float(row["load (E*)"])

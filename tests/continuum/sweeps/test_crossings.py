@@ -81,7 +81,7 @@ def test_a_search_finds_the_turn_that_one_solve_finds(tmp_path: Path) -> None:
     law = 'law = "attraction-on-core"\nshape = "spline"\neffective_range = 0.4\ncore_stiffness = 5.0'
     text = text.replace('law = "lennard-jones-spline"', law).replace("lambda_s = 6.0", "lambda_s = 8.0")
     text = text.replace('control = "mean-gap"\ntargets = [1.4]', 'control = "repulsive-area"\ntargets = [0.05]')
-    search = '{ bisect = "load at 5 %", from = 0.0004, to = 0.0008, tolerance = 0.1 }'
+    search = '{ bisect = "load at 5 %", from = 0.0005, to = 0.0008, tolerance = 0.2 }'
     path = described(tmp_path, f'[sweep.axes]\n"{KEY}" = {search}\n', text)
     root = tmp_path / "many"
     begin(Sweep.read(path), root)
@@ -98,7 +98,7 @@ def test_a_search_finds_the_turn_that_one_solve_finds(tmp_path: Path) -> None:
     (tmp_path / "one.toml").write_text(text)
     turn = c.turn(tmp_path / "one.toml", tmp_path, area=[0.05], width=0.05).points[0]
     assert turn.converged
-    # Each is known within its tolerance; areas are met within half a point only.
+    # The turn is known to 5 %, the search to less than its bracket of 20 %; areas are met within half a point only.
     assert turn.work_of_adhesion == pytest.approx(found.value, rel=0.1)
 
 
@@ -128,9 +128,11 @@ def test_a_search_goes_on_past_a_jump_whose_sides_are_on_one_side_of_the_value(t
     assert np.isnan(crossings.between_sides(replace(asked, crosses=sum(loads) / 2), result))
     assert np.isnan(crossings.between_sides(replace(asked, column="kappa"), result))
     assert np.isnan(crossings.between_sides(replace(asked, target=0.06), result))
-    # Such a search ends at its first end; the other one, which it never runs, is not waited for.
-    root = tmp_path / "across"
-    solved(system | {"sweep": {"axes": {"surface.rms_slope": search | {"crosses": sum(loads) / 2}}}}, root)
+    # Such a search ends at its first end, which is stored; the other one, which it never runs, is not waited for.
+    across = system | {"sweep": {"axes": {"surface.rms_slope": search | {"crosses": sum(loads) / 2}}}}
+    begin(Sweep.read(across), root := tmp_path / "across")
+    shutil.copy(result.path, root / "points")
+    solved(across, root)
     status, table = c.sweep_status(root), collect(root)
     assert "a jump across the value" in status.crossings[0].status
     assert (status.total, status.done, status.left, status.seconds_left) == (
