@@ -81,7 +81,7 @@ def expected(rows: DataFrame) -> Iterator[str]:
     for cells in zip(*(changes(said, name) for name in THEORIES), strict=True):
         shape, area, narrow, _ = cells[0]
         values = " | ".join(f"{mean.value:.3f}" for *_, mean in cells)
-        yield f"| {shape} | {area:g} | {narrow} to {FACTOR * narrow} | {values} |"
+        yield f"| {shape} | {100 * area:g} % | {narrow} to {FACTOR * narrow} | {values} |"
 
 
 def word(mean: Mean) -> str:
@@ -102,7 +102,7 @@ def judged(rows: DataFrame) -> Iterator[str]:
         for cells in zip(*(changes(rows, name, factor) for name in THEORIES), strict=True):
             shape, area, narrow, mean = cells[0]
             found = " | ".join(f"{mean}{f' **{word(mean)}**' if factor == FACTOR else ''}" for *_, mean in cells)
-            yield f"| {shape} | {area:.1%} | {narrow} to {factor * narrow} | {mean.surfaces} | {found} |"
+            yield f"| {shape} | {100 * area:g} % | {narrow} to {factor * narrow} | {mean.surfaces} | {found} |"
         yield ""
     yield "| shape | area | λ_L/λ_s | surfaces | w/(U F) | |"
     yield "|---|---|---|---|---|---|"
@@ -110,7 +110,7 @@ def judged(rows: DataFrame) -> Iterator[str]:
         for width, part in rows[(rows["shape"] == shape) & (rows.area == area)].groupby("width"):
             mean = Mean.of(part.law.to_numpy())
             said = level(mean) if area in STATED else ""
-            yield f"| {shape} | {area:.1%} | {width:g} | {mean.surfaces} | {mean} | {said} |"
+            yield f"| {shape} | {100 * area:g} % | {width:g} | {mean.surfaces} | {mean} | {said} |"
 
 
 def level(mean: Mean) -> str:
