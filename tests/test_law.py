@@ -18,6 +18,7 @@ from tests.studies import (
     exponents,
     judgement,
     law,
+    law_bandwidth,
     one_state_judged,
     patches,
     periods,
@@ -169,6 +170,22 @@ def test_a_short_range_is_judged_by_the_bounds_of_the_page() -> None:
     assert short_range.word(mean(0.98, 0.7, 1.3, 6), 0.72) == "held with a remark"
     assert short_range.word(mean(0.72, 0.68, 0.76, 6), 0.72) == "refuted"
     assert short_range.word(mean(0.97, 0.9, 1.05, 5), 0.72) == "not tested"
+
+
+def test_a_bandwidth_is_judged_by_the_bounds_of_the_page() -> None:
+    mean = judgement.Mean
+    assert law_bandwidth.word(mean(1.02, 0.95, 1.06, 6)) == "held"
+    assert law_bandwidth.word(mean(1.06, 1.01, 1.11, 6)) == "not decided"
+    assert law_bandwidth.word(mean(0.85, 0.8, 0.9, 6)) == "refuted"
+    assert law_bandwidth.word(mean(1.02, 0.95, 1.06, 5)) == "not tested"
+    # The page has the changes of w/(U F) in the stored turns.
+    rows = judgement.with_ratios(read_csv(judgement.MEASURED / law_bandwidth.FILE))
+    page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
+    found = list(law_bandwidth.changes(rows, "left"))
+    assert len(found) == 3
+    for shape, area, narrow, change in found:
+        row = f"| {shape} | {100 * area:g} % | {narrow} to {4 * narrow} | {change.surfaces} | {change}"
+        assert f"{row} **{law_bandwidth.word(change)}** |" in page
 
 
 def test_work_gained_on_approach_is_that_of_a_parabola_of_load() -> None:

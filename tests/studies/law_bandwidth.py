@@ -60,14 +60,14 @@ def with_theories(found: DataFrame) -> DataFrame:
     return compared(rows.assign(period=rows.n))
 
 
-def changes(rows: DataFrame, name: str) -> Iterator[tuple[str, float, int, Mean]]:
-    """Of each set and bandwidth: w over that of a theory at four times the bandwidth, over that at it, by surface."""
+def changes(rows: DataFrame, name: str, factor: int = FACTOR) -> Iterator[tuple[str, float, int, Mean]]:
+    """Of each set and bandwidth: w over that of a theory at a multiple of it, over that at it, by surface."""
     for shape, area in SETS:
         of_set = rows[(rows["shape"] == shape) & (rows.area == area)]
         table = of_set.pivot_table(index="seed", columns="width", values=name)
         for narrow in table.columns:
-            if FACTOR * narrow in table.columns:
-                each = (table[FACTOR * narrow] - table[narrow]).dropna().to_numpy()
+            if factor * narrow in table.columns:
+                each = (table[factor * narrow] - table[narrow]).dropna().to_numpy()
                 if each.size:
                     yield shape, area, int(narrow), Mean.of(each)
 
@@ -81,7 +81,7 @@ def expected(rows: DataFrame) -> Iterator[str]:
     for cells in zip(*(changes(said, name) for name in THEORIES), strict=True):
         shape, area, narrow, _ = cells[0]
         values = " | ".join(f"{mean.value:.3f}" for *_, mean in cells)
-        yield f"| {shape} | {area:g} | {narrow} to {FACTOR * narrow} | {values} |"
+        yield f"| {shape} | {100 * area:g} % | {narrow} to {FACTOR * narrow} | {values} |"
 
 
 def word(mean: Mean) -> str:
@@ -95,20 +95,22 @@ def word(mean: Mean) -> str:
 
 def judged(rows: DataFrame) -> Iterator[str]:
     """What became of each theory, and of the level."""
-    yield f"| shape | area | λ_L/λ_s | surfaces | {' | '.join(f'w over {said}' for said in THEORIES.values())} |"
-    yield f"|{'---|' * (4 + len(THEORIES))}"
-    for cells in zip(*(changes(rows, name) for name in THEORIES), strict=True):
-        shape, area, narrow, mean = cells[0]
-        found = " | ".join(f"{mean} **{word(mean)}**" for *_, mean in cells)
-        yield f"| {shape} | {area:.1%} | {narrow} to {FACTOR * narrow} | {mean.surfaces} | {found} |"
-    yield ""
+    # Doublings were not stated: they have no verdict.
+    for factor in (FACTOR, 2):
+        yield f"| shape | area | λ_L/λ_s | surfaces | {' | '.join(f'w over {said}' for said in THEORIES.values())} |"
+        yield f"|{'---|' * (4 + len(THEORIES))}"
+        for cells in zip(*(changes(rows, name, factor) for name in THEORIES), strict=True):
+            shape, area, narrow, mean = cells[0]
+            found = " | ".join(f"{mean}{f' **{word(mean)}**' if factor == FACTOR else ''}" for *_, mean in cells)
+            yield f"| {shape} | {100 * area:g} % | {narrow} to {factor * narrow} | {mean.surfaces} | {found} |"
+        yield ""
     yield "| shape | area | λ_L/λ_s | surfaces | w/(U F) | |"
     yield "|---|---|---|---|---|---|"
     for shape, area in SETS:
         for width, part in rows[(rows["shape"] == shape) & (rows.area == area)].groupby("width"):
             mean = Mean.of(part.law.to_numpy())
             said = level(mean) if area in STATED else ""
-            yield f"| {shape} | {area:.1%} | {width:g} | {mean.surfaces} | {mean} | {said} |"
+            yield f"| {shape} | {100 * area:g} % | {width:g} | {mean.surfaces} | {mean} | {said} |"
 
 
 def level(mean: Mean) -> str:
