@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import csv
 import sys
-from importlib import resources
+from pathlib import Path
 
 import numpy as np
 from pandas import DataFrame
@@ -24,7 +24,7 @@ COMPARED = (0.12, 0.08)
 
 def turns() -> DataFrame:
     """The turns of the record as :func:`continuum.paper.dispute.crossovers` has them; periods are of 2 λ_L."""
-    text = resources.files("continuum.sticky").joinpath("record.csv").read_text()
+    text = (Path(__file__).parent / "record" / "record.csv").read_text()
     rows = []
     for row in csv.DictReader(text.splitlines()):
         if row["source"] != "turn":

@@ -3,7 +3,7 @@
     python -m tests.studies.law        prints the tables of docs/law.md
 
 U is the elastic energy of full contact per area, F(Δ) = ½/(1 + (Δ/D)^m).  Fitted by least squares of ln w to the turns
-of ``continuum/sticky/record.csv`` with λ_L/λ_s of 16 or more, with a factor for each surface whose mean logarithm is
+of ``tests/studies/record/record.csv`` with λ_L/λ_s of 16 or more, with a factor for each surface whose mean logarithm is
 zero: D and m are those of F, the factors tell surfaces apart, not laws.
 """
 
@@ -12,7 +12,7 @@ from __future__ import annotations
 import csv
 import sys
 from dataclasses import dataclass
-from importlib import resources
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +67,7 @@ class Law:
 
 def turns(shape: str) -> Turns:
     """Turns under a law of a shape, "spline" or "exponential"."""
-    text = resources.files("continuum.sticky").joinpath("record.csv").read_text()
+    text = (Path(__file__).parent / "record" / "record.csv").read_text()
     rows = [row for row in csv.DictReader(text.splitlines()) if (row["source"], row["law"]) == ("turn", shape)]
     every = {
         name: np.array([float(row[name]) for row in rows])

@@ -1,7 +1,7 @@
 """Two theories without a free parameter beside every turn on record: `python -m tests.studies.rivals`.
 
 Persson and Scaraggi's weak adhesion and the bearing area for any spectrum (:mod:`continuum.theory.persson`), and the
-law of docs/law.md, against w at the turn of docs/measured/law.csv (period 8 λ_L) and continuum/sticky/record.csv
+law of docs/law.md, against w at the turn of docs/measured/law.csv (period 8 λ_L) and tests/studies/record/record.csv
 (period 2 λ_L).
 """
 
