@@ -3,8 +3,8 @@
     python -m tests.studies.law        prints the tables of docs/law.md
 
 U is the elastic energy of full contact per area, F(Δ) = ½/(1 + (Δ/D)^m).  Fitted by least squares of ln w to the turns
-of ``tests/studies/record/record.csv`` with λ_L/λ_s of 16 or more, with a factor for each surface whose mean logarithm is
-zero: D and m are those of F, the factors tell surfaces apart, not laws.
+of ``tests/studies/record/record.csv`` with λ_L/λ_s of 16 or more, with a factor for each surface whose mean logarithm
+is zero: D and m are those of F, the factors tell surfaces apart, not laws.
 """
 
 from __future__ import annotations
