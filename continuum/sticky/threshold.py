@@ -46,7 +46,7 @@ there.  Of maps of 1024² and 2048² points with eight to the shortest wave, w_c
 BEYOND = 1.05
 """Factor by which the threshold may lie outside of both forms: the scatter of tested surfaces, docs/law.md."""
 LARGEST_CHI, LARGEST_TABOR, FEWEST = 0.2, 0.5, 10
-"""χ and Müser's number up to which, and patches from which on, the statement was tested."""
+"""χ, from 0 on, and Müser's number up to which, and patches from which on, the statement was tested."""
 SCATTER, UNKNOWN = 1.3, 3.0
 """Factors by which bounds are widened where only χ is beyond its range, twice the scatter of 1.14 that was seen there,
 and where anything else is: there thresholds of few and of soft contacts were off by up to 2."""
@@ -286,8 +286,8 @@ class PressedMap:
 
     def _beyond(self, chi: float, patches: int) -> Iterator[str]:
         """Why the statement is less certain here."""
-        if not chi <= LARGEST_CHI:
-            yield f"adhesion draws the surface down between the contacts (χ = {chi:.2g}, above {LARGEST_CHI:g})"
+        if not 0 <= chi <= LARGEST_CHI:
+            yield f"adhesion changes the gaps by more than a little (χ = {chi:.2g}, tested from 0 to {LARGEST_CHI:g})"
         if self._patches(patches) < FEWEST:
             yield f"{self._patches(patches)} patches touch, fewer than {FEWEST}"
 
