@@ -199,6 +199,7 @@ def test_a_sweep_begins_from_a_template_of_which_every_line_is_valid(
     run, marked, axes = text.partition("\n# --- a sweep")
     keys = "\n".join(line.removeprefix("# ") if "=" in line or "[" in line else line for line in axes.splitlines()[1:])
     whole.write_text(run + keys.replace("A list, or a range", "# a range"))
+    (tmp_path / "mine.py").write_text("def largest_patch(result):\n    return 0.0\n")
     # Three seeds, three adhesion lengths on the larger grid, as the smaller is not kept; of the reduced one seed.
     assert {row[0]: row[1] for row in c.check(whole).sheet.rows}["searches"] == "9"
     assert {row[0]: row[1] for row in c.check(whole, reduced=True).sheet.rows}["searches"] == "3"
