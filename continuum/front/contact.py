@@ -271,7 +271,7 @@ class Contact:
         ...     return c.attraction_on_core("spline", work, 0.4, core_stiffness=5.0)
         >>> found = c.Contact(heights, wall(0.01)).threshold(wall, area=0.05)
         >>> round(found.work, 4), found.patches
-        (0.0022, 7)
+        (0.0023, 7)
         """
         law_of = self._family(wall)
         number("area", area, above=0, below=1)

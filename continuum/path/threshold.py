@@ -270,8 +270,8 @@ class PressedState:
 
 
 def core_stiffness(wall: Wall) -> float:
-    """Stiffness of a law where its traction vanishes, in E*/a0, on the side on which it repels."""
-    return float(wall.evaluate(np.array(wall.zero_gap - 1e-9 * wall.effective_range)).stiffness)
+    """Stiffness of a law that repels a little, in E*/a0: by a hundredth of its range, beyond the kink of a core."""
+    return float(wall.evaluate(np.array(wall.zero_gap - 0.01 * wall.effective_range)).stiffness)
 
 
 def press_without_adhesion(

@@ -23,7 +23,7 @@ from continuum.model.walls import HardWall, InversePowers, LennardJonesSpline, a
 from continuum.path import threshold
 from continuum.path.derivative import Tangent
 from continuum.path.loading import solve
-from continuum.path.threshold import PressedState, _Core, press_without_adhesion
+from continuum.path.threshold import PressedState, _Core, core_stiffness, press_without_adhesion
 from continuum.path.turn import WallOfWork
 from continuum.solve.solution import NotConvergedError, Settings
 from tests.problems import Rough
@@ -236,3 +236,10 @@ def test_an_area_that_is_jumped_over_is_one_clear_error() -> None:
     grid = Grid.square(48)
     with pytest.raises(NotConvergedError, match="area jumps over"):
         pressed(sphere(grid, 100.0), grid, np.pi * 8.3**2 / grid.size)
+
+
+@pytest.mark.parametrize("shape", ["spline", "exponential"])
+def test_the_core_of_a_law_is_what_it_was_made_with(shape: str) -> None:
+    """Beside the kink of a tabulated spline its pieces bend: with a stiffness from there thresholds are a tenth off."""
+    for reach in (0.05, 0.2, 0.4):
+        assert core_stiffness(attraction_on_core(shape, 0.002 * reach, reach, 5.0)) == pytest.approx(5.0, rel=1e-6)
