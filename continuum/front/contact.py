@@ -259,16 +259,14 @@ class Contact:
 
         Parameters
         ----------
-        wall : function that returns the law for a work of adhesion in E* a0; of the contact's own wall nothing is
-            used.
-        area : repulsive area at which the sign of the load is taken, as a fraction of A0.
+        wall, area : as for :meth:`turn`; of the contact's own wall nothing is used.
 
         Examples
         --------
         >>> import numpy as np, continuum as c
+        >>> from functools import partial
+        >>> wall = partial(c.attraction_on_core, "spline", effective_range=0.4, core_stiffness=5.0)
         >>> heights = c.SelfAffine(0.8, 0.1, 8, 32).synthesise(c.Grid.square(64), np.random.default_rng(1))
-        >>> def wall(work):  # of a range of 0.4 a0
-        ...     return c.attraction_on_core("spline", work, 0.4, core_stiffness=5.0)
         >>> found = c.Contact(heights, wall(0.01)).threshold(wall, area=0.05)
         >>> round(found.work, 4), found.patches
         (0.0023, 7)

@@ -41,7 +41,7 @@ NO_EDGE = "a law: at the edge of a contact under a hard wall the gap has no slop
 
 
 class Derivative(NamedTuple):
-    """Of one number of an equilibrium."""
+    """The derivative of one number of an equilibrium."""
 
     heights: Real
     """By the height of each point where the wall is held as near as it is, shape ``grid.shape``, per a0."""
@@ -99,7 +99,7 @@ class Tangent:
 
     @cached_property
     def load(self) -> Derivative:
-        """Of the load per A0, in E*."""
+        """The derivative of the load per A0, in E*."""
         if self.problem.wall.law is None:
             return self._derivative(-self._pressures_that_lift())
         work = 0.0 if self.wall_of is None else self.problem.grid.mean(self._by_work[0])
@@ -107,7 +107,7 @@ class Tangent:
 
     @cached_property
     def area(self) -> Derivative:
-        """Of the repulsive area as :func:`continuum.measure.contact.area_by_lines` has it, a fraction of A0."""
+        """The derivative of the repulsive area of :func:`continuum.measure.contact.area_by_lines`, a fraction of A0."""
         wall, boundary = self.problem.wall, self.problem.open_boundary
         if wall.law is None:
             raise ArgumentError("wall", wall, NO_EDGE)
@@ -117,14 +117,14 @@ class Tangent:
 
     @property
     def mean_gap(self) -> Derivative:
-        """Of the mean gap."""
+        """The derivative of the mean gap."""
         if self.problem.open_boundary is not None:
             raise ArgumentError("at", "mean_gap", NO_MEAN_GAP)
         return self._itself
 
     @property
     def separation(self) -> Derivative:
-        """Of the separation."""
+        """The derivative of the separation."""
         if self.problem.open_boundary is not None:
             return self._itself
         k, load = self.problem.mean_stiffness, self.load
@@ -135,7 +135,7 @@ class Tangent:
 
     @property
     def _itself(self) -> Derivative:
-        """Of what says how near the wall is."""
+        """The derivative of what says how near the wall is."""
         return Derivative(np.zeros(self.gap.shape), 1.0)
 
     @cached_property

@@ -115,25 +115,6 @@ def threshold_gradient(problem: ContactProblem, state: PathState, wall_of: WallO
     return -load.heights / load.work
 
 
-def dmt_gradient(problem: ContactProblem, state: PathState, pull: Real, pull_slope: Real) -> Real:
-    """The derivative by all heights of w_DMT = N/<τ(z)> at given area, from a state without attraction.
-
-    Parameters
-    ----------
-    problem, state : the contact, whose law has no attraction or a negligible one.
-    pull, pull_slope : τ, tension of the attraction over its work of adhesion, at each gap of the state, and its
-        derivative by the gap, in 1/a0 and 1/a0².
-
-    Returns
-    -------
-    Real
-        Shape ``grid.shape``, in E*.
-    """
-    tangent, mean = Tangent(problem, state.gap), problem.grid.mean(pull)
-    load, tension = (one.holding(tangent.area).heights for one in (tangent.load, tangent.of(pull_slope)))
-    return (load - state.load / mean * tension) / mean
-
-
 class LeastLoad(NamedTuple):
     """Where the load along a path is least, between two states: by them it is known also where the law has a kink."""
 
@@ -205,7 +186,7 @@ def _of_the_turn(question: _Question) -> Real:
 
 
 def _of_the_pull_off(question: _Question) -> Real:
-    """That of the tension at its largest, where by the envelope theorem the mean gap need not be followed."""
+    """The derivative of the largest tension: by the envelope theorem the mean gap need not be followed."""
     question.refuse_at("at pull-off the load is stationary")
     return -least_load(question.problem, question.state, question.settings).heights
 

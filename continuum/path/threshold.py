@@ -311,6 +311,6 @@ def on_core(problem: ContactProblem, hard: PathState, core_stiffness: float) -> 
     level = core.response(problem.heights, -found.traction / core_stiffness)
     opens = core.response(np.ones(grid.shape))
     # As many points touch as under the hard wall.
-    touches_below = np.sort((-level / opens).ravel())
-    distance = level + float(touches_below[-int(core.contact.sum()) - 1]) * opens
+    last = -int(core.contact.sum()) - 1
+    distance = level + float(np.partition((-level / opens).ravel(), last)[last]) * opens
     return PressedState(core, distance, opens)

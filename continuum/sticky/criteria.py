@@ -129,10 +129,6 @@ class Estimate:
     def sticky(self) -> bool | None:
         return None if self.margin is None else self.margin > 1
 
-    def turning_modulus(self, contact: RoughContact) -> float | None:
-        """E* at which a verdict turns: below it the surface is sticky; None without a verdict."""
-        return None if self.margin is None else contact.contact_modulus * self.margin
-
     def turning_work(self, contact: RoughContact) -> float | None:
         """Work of adhesion at which a verdict turns: above it the surface is sticky; None without a verdict."""
         return None if self.margin is None else contact.work_of_adhesion / self.margin

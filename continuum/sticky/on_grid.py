@@ -4,8 +4,6 @@ The wall has the attraction of the paper's law, with work of adhesion and effect
 compared with the elastic response of one pixel.
 """
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from continuum import units
@@ -25,20 +23,6 @@ CORE_STIFFNESS = 5.0
 
 class UnresolvedError(ValueError):
     """The map is too coarse for a solution: the message has the reason."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SolvedMap:
-    """A state that was solved on a map, with its grids."""
-
-    gap: Real = field(repr=False)
-    """Gap over ``grid``, in its unit."""
-    wall: Wall = field(repr=False)
-    grid: Grid = field(repr=False)
-    """Grid of the map and its mirror images, in the unit of the solver."""
-    map: Grid = field(repr=False)
-    """Grid of the map itself, whose points are the first of ``grid`` in each direction; in units of the interface."""
-    warnings: tuple[str, ...]
 
 
 def shortest_range(topography: Topography, adhesion_length: float) -> float:

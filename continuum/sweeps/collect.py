@@ -208,7 +208,7 @@ def collect(root: str | Path) -> PointTable:
 
 
 def _lacking(folder: Folder, found: Mapping[str, SystemTable], names: Sequence[str]) -> Iterator[str]:
-    """Of each column of one's own that systems lack: how many, and why."""
+    """For each column of one's own that systems lack: how many, and why."""
     for name in names:
         without = [key for key, one in found.items() if name not in one.own]
         if without:

@@ -72,7 +72,7 @@ class TiledSmoothGrid(TilePasses, CompiledSmoothGrid):
         return f
 
     def _own_traction(self) -> Real:
-        """That under which the state at hand is where it is, whose gradient is complete: p - g."""
+        """The traction under which the state at hand is where it is, whose gradient is complete: p - g."""
         self.force()
         f = self.direction
         np.subtract(self.traction, f, out=f)

@@ -41,7 +41,7 @@ from continuum.model.walls import (
     attraction_on_core,
 )
 from continuum.path.derivative import Tangent
-from continuum.path.gradient import Given, Number, dmt_gradient, gradient, least_load, threshold_gradient
+from continuum.path.gradient import Given, Number, gradient, least_load, threshold_gradient
 from continuum.path.loading import solve
 from continuum.path.state import Control, PathState, height, nearness
 from continuum.path.turn import WallOfWork
@@ -273,23 +273,6 @@ def test_the_derivative_by_the_mean_gap_is_the_normal_stiffness_and_a_shift_of_a
     # At a given separation the wall comes down with its heights.
     at_separation = gradient(here.problem, here.state, TIGHT, "load", at="separation")
     assert at_separation.sum() == pytest.approx(-stiffness, rel=1e-9)
-
-
-def test_the_work_of_dmt_changes_as_its_derivative_says() -> None:
-    here = Place(lambda work: attraction_on_core("spline", 1e-8, 0.3, 5.0), HalfSpace(), near=0.05)
-
-    def pull(gap: Real) -> tuple[Real, Real]:
-        x = np.maximum(gap - 0.05, 0.0)
-        return x**2 * np.exp(-x / 0.2), (2 * x - x**2 / 0.2) * np.exp(-x / 0.2)
-
-    found = (dmt_gradient(here.problem, here.state, *pull(here.state.gap)) * here.along).sum()
-    follow = -(here.tangent.area.heights * here.along).sum() / here.tangent.area.nearness
-
-    def work(step: float) -> float:
-        state = here.solved(step, step * follow)[1]
-        return state.load / GRID.mean(pull(state.gap)[0])
-
-    assert float(difference(work)) == pytest.approx(found, rel=TOLERANCE)
 
 
 @pytest.mark.parametrize("periodic", [True, False])

@@ -70,9 +70,10 @@ def test_at_the_turning_values_the_verdict_turns() -> None:
     topography = surface()
     found = prediction_of([topography], Interface(1.0, 0.003, 0.35, 1.0))
     for i, estimate in enumerate(found.verdicts):
-        modulus, work = estimate.turning_modulus(found.contact), estimate.turning_work(found.contact)
-        assert modulus is not None
+        work = estimate.turning_work(found.contact)
+        assert estimate.margin is not None
         assert work is not None
+        modulus = found.contact.contact_modulus * estimate.margin
         for factor, sticky in ((0.99, True), (1.01, False)):
             assert (
                 prediction_of([topography], Interface(factor * modulus, 0.003, 0.35, 1.0)).verdicts[i].sticky is sticky
