@@ -1,5 +1,7 @@
-"""How to cite the program and the paper, from ``CITATION.cff``."""
+"""How to cite the program, the paper (both from ``CITATION.cff``) and a data set."""
 
+import html
+import json
 import re
 from dataclasses import dataclass
 from typing import Self
@@ -40,6 +42,32 @@ class Citation:
         )
         own = {key: _all(program, key)[0] for key in ("title", "version", "license")}
         return cls(own["title"], _all(program, "name"), own["version"], own["license"], paper, said["doi"])
+
+
+@dataclass(frozen=True)
+class Metadata:
+    """Metadata of a publication for an archive."""
+
+    title: str
+    creators: tuple[str, ...]
+    license: str
+    description: str
+
+    def zenodo(self, paper: str) -> str:
+        """The text of ``.zenodo.json``, which refers to the paper of this DOI."""
+        said = {
+            "title": self.title,
+            "upload_type": "dataset",
+            "description": f"<p>{html.escape(self.description)}</p>",
+            "creators": [{"name": name} for name in self.creators],
+            "access_right": "open",
+            "license": self.license,
+            "keywords": ["contact mechanics", "adhesion", "surface roughness", "tribology"],
+            "related_identifiers": [
+                {"identifier": paper, "relation": "references", "resource_type": "publication-article"}
+            ],
+        }
+        return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
 
 
 def _all(text: str, key: str) -> tuple[str, ...]:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from continuum.files.citation import Citation
+from continuum.files.citation import Citation, Metadata
 from continuum.files.provenance import provenance
 from continuum.paper.claims import claim_verdicts, verdict_sheet
 from continuum.paper.figures import save_drawing
@@ -19,9 +18,6 @@ from continuum.show.page import Page
 from continuum.show.runs import crossings_sheet
 from continuum.show.sheet import Column, Sheet, pairs
 from continuum.sweeps.collect import PointTable
-
-if TYPE_CHECKING:
-    from continuum.paper.publication import Metadata
 
 _SAID = {
     "table.csv": "all converged points, a row each",

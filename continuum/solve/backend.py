@@ -16,10 +16,10 @@ from continuum.model.grid import Grid
 from continuum.solve.grids import BoundGrid, SmoothGrid
 
 BACK_ENDS = {
-    "cpu": "continuum.solve.compiled",
+    "cpu": "continuum.solve.compiled.back_end",
     **dict.fromkeys(
         ("numpy", "torch", "torch:cuda", "torch:mps", "cupy", "jax", "cuda"),
-        "continuum.solve.arrays",
+        "continuum.solve.arrays.back_end",
     ),
 }
 """Name of a device, and the module of its back end, imported when it is first asked for; "cuda" is the first of the
