@@ -19,7 +19,7 @@ from continuum.model.open_boundary import OpenBoundary
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline, Wall
-from continuum.solve import arrays
+from continuum.solve.arrays import back_end as arrays
 from continuum.solve.arrays import laws as laws_of_arrays
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import LIBRARIES, Jax, Library, NumPy, Torch
