@@ -58,9 +58,9 @@ figures: .venv/installed
 	$(BIN)/continuum plot page results/figure4-reduced results/figure1-reduced -o results/paper
 
 # Counts, times and memory, beside those of the peers, into docs/benchmarks.md: at most MINUTES, one core; goes on from
-# where it was stopped.  SIZES="512 1024": these grids only; 8192 on request.  TABLES="work iteration adhesive hard_wall turn kinds searches".
+# where it was stopped.  SIZES="512 1024": these grids only; 8192 on request.  TABLES="work iteration adhesive hard_wall threshold kinds searches".
 SIZES = 512 1024 2048 4096
-TABLES = work iteration adhesive hard_wall turn kinds searches
+TABLES = work iteration adhesive hard_wall threshold kinds searches
 # Surface atoms a side of the equilibria of atoms; 128 on request.
 ATOMS = 32 64
 MINUTES = 20

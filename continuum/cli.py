@@ -13,7 +13,7 @@ COMMANDS = {
 The table [loading] of the input sets the control (separation, mean-gap, mean-pressure, repulsive-area) and its \
 targets, the way back (retract or [loading.retraction]), and whether jumps are bracketed (event_resolution).  A run \
 that was stopped continues with the same command.""",
-    "turn": """find the work of adhesion above which the surface of an input is sticky
+    "threshold": """find the work of adhesion above which the surface of an input is sticky
 
 At this work the load at 1 % repulsive area, or at --area, changes its sign on approach.  The bracket of works is \
 stored with the states at both ends.""",
@@ -65,4 +65,4 @@ for name, text in OF_SWEEPS.items():
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    return run_program(app, arguments)
+    return run_program(app, arguments, renamed={"turn": "threshold"})

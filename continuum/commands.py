@@ -26,7 +26,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.runs.result import Result
 from continuum.show.console import progress, show, warn
-from continuum.show.runs import progress_line, turn_sheet
+from continuum.show.runs import progress_line, threshold_sheet
 
 
 def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
@@ -78,15 +78,15 @@ def run(file: str, *, settings: Settings = None, **given: Any) -> int:
     return _ended(result)
 
 
-@like(front.turn)
-def turn(file: str, *, area: Annotated[list[float] | None, Parameter(help="repulsive area, as a fraction of A0; may be "
-         "repeated, increasing (default: 0.01)")] = None, width: float = 0.02, settings: Settings = None,
-         **given: Any) -> int:  # fmt: skip
+@like(front.threshold)
+def threshold(file: str, *, area: Annotated[list[float] | None, Parameter(help="repulsive area, as a fraction of A0; "
+              "may be repeated, increasing (default: 0.01)")] = None, width: float = 0.02, settings: Settings = None,
+              **given: Any) -> int:  # fmt: skip
     areas = area or [0.01]
     with progress(len(areas), Path(file).stem) as report:
-        found = front.turn(file, area=areas, width=width, settings=dict(settings or ()), warn=warn,
-                           progress=_timed(report), **given)  # fmt: skip
-    show(turn_sheet(found))
+        found = front.threshold(file, area=areas, width=width, settings=dict(settings or ()), warn=warn,
+                                progress=_timed(report), **given)  # fmt: skip
+    show(threshold_sheet(found))
     return _ended(found)
 
 

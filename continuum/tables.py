@@ -80,6 +80,8 @@ class Table(BaseModel):
     """Keys that do not change results: threads, output options."""
     newer: ClassVar[frozenset[str]] = frozenset()
     """Keys added after results were stored: they count for the identity only if they are given."""
+    renamed: ClassVar[Mapping[str, str]] = {}
+    """Keys that had another name when results were stored, with that name: inputs may use it, the identity does."""
     kind_key: ClassVar[str] = ""
     """The key that names the kind of a table that has several."""
     constraints: ClassVar[tuple[Callable[[Any], Iterator[Fault]], ...]] = ()
@@ -104,6 +106,14 @@ class Table(BaseModel):
         """The key that says where the values come from: the file that is read, else the kind of table."""
         return "path" if "path" in type(self).model_fields else self.kind_key
 
+    @model_validator(mode="before")
+    @classmethod
+    def _with_names_of_today(cls, data: Any) -> Any:
+        if not cls.renamed or not isinstance(data, Mapping):
+            return data
+        names = {before: name for name, before in cls.renamed.items() if name not in data}
+        return {names.get(key, key): value for key, value in data.items()}
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         faults = [fault for method in self.constraints for fault in method(self)]
@@ -120,7 +130,8 @@ class Table(BaseModel):
         absent = {name for name in self.newer if getattr(self, name) is None}
         left_out = self.not_identity | absent if identity else set()
         names = [name for name in type(self).model_fields if name not in left_out]
-        return {name: _plain(getattr(self, name), identity) for name in names}
+        stored = self.renamed if identity else {}
+        return {stored.get(name, name): _plain(getattr(self, name), identity) for name in names}
 
 
 class TableFamily(Table):

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pandas import DataFrame, Series, read_csv
 
-from continuum.theory.rough import turning_share
+from continuum.theory.rough import threshold_share
 from tests.studies import (
     diamond_film,
     exponents,
@@ -23,7 +23,7 @@ from tests.studies import (
     patches,
     periods,
     short_range,
-    turn_of_atoms,
+    threshold_of_atoms,
 )
 
 
@@ -35,11 +35,11 @@ def test_the_page_has_the_numbers_of_the_record() -> None:
 
 @pytest.mark.parametrize("shape", ["spline", "exponential"])
 def test_a_law_that_is_known_is_found(shape: str, rng: np.random.Generator) -> None:
-    """Turns made from U F with noise: D, m, the factors and the exponent come back within three standard errors."""
-    turns = law.turns(shape)
-    factors = np.array([1.3, 0.9, 1 / (1.3 * 0.9)])[np.unique(turns.seed, return_inverse=True)[1]]
-    noise = np.exp(0.1 * rng.standard_normal(turns.work.size))
-    made = law.fit(replace(turns, work=law.PLATEAU / (1 + (turns.range / 0.6) ** 1.1) * factors * noise))
+    """Thresholds made from U F with noise: D, m, factors and exponent come back within three standard errors."""
+    thresholds = law.thresholds(shape)
+    factors = np.array([1.3, 0.9, 1 / (1.3 * 0.9)])[np.unique(thresholds.seed, return_inverse=True)[1]]
+    noise = np.exp(0.1 * rng.standard_normal(thresholds.work.size))
+    made = law.fit(replace(thresholds, work=law.PLATEAU / (1 + (thresholds.range / 0.6) ** 1.1) * factors * noise))
     assert abs(np.log(made.crossover / 0.6)) < 3 * made.errors[0]
     assert abs(made.exponent - 1.1) < 3 * made.errors[1]
     np.testing.assert_allclose(made.factors, [1.3, 0.9, 1 / (1.3 * 0.9)], rtol=3 * 0.1 / np.sqrt(20))
@@ -48,9 +48,9 @@ def test_a_law_that_is_known_is_found(shape: str, rng: np.random.Generator) -> N
 
 
 def _as_the_law_says(power: float = 1.0, of_hurst: float = 0.0, level: float = 1.0) -> DataFrame:
-    """Turns of invented surfaces: U goes as the moment, and w as U to a power, with a bias that grows with H."""
+    """Thresholds of invented surfaces: U goes as the moment, and w as U to a power, with a bias that grows with H."""
     rng, rows = np.random.default_rng(3), []
-    laws = {shape: law.fit(law.turns(shape)) for shape in judgement.SHAPES}
+    laws = {shape: law.fit(law.thresholds(shape)) for shape in judgement.SHAPES}
     for seed, hurst, shape, delta in product(range(11, 17), (0.2, 0.4, 0.6, 0.8, 0.9), laws, (0.5, 1.6)):
         factor = np.exp(0.1 * np.sin(seed))  # of the surface
         moments = {f"moment_{p:g}": 0.0156 * np.exp((p - 2 * hurst) * p) for p in judgement.EVERY}
@@ -63,7 +63,7 @@ def _as_the_law_says(power: float = 1.0, of_hurst: float = 0.0, level: float = 1
     return judgement.with_ratios(DataFrame(rows))
 
 
-def test_turns_of_the_law_are_judged_to_hold_and_others_are_not() -> None:
+def test_thresholds_of_the_law_are_judged_to_hold_and_others_are_not() -> None:
     def verdicts(rows: DataFrame) -> dict[str, str]:
         return {name.partition(":")[0]: what for name, _, what in judgement.judged(rows)}
 
@@ -86,7 +86,7 @@ def test_the_interval_over_surfaces_is_that_of_student() -> None:
     assert abs(inside - 0.95) < 4 * np.sqrt(0.05 * 0.95 / 2000)  # four standard errors
 
 
-def test_the_page_has_the_judgement_of_the_stored_turns() -> None:
+def test_the_page_has_the_judgement_of_the_stored_thresholds() -> None:
     page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
     rows = judgement.with_ratios(read_csv(judgement.MEASURED / "law.csv"))
     assert judgement.tables(rows).strip() in page
@@ -97,10 +97,10 @@ def test_what_the_pages_say_in_words_is_what_the_tables_say() -> None:
         (Path(__file__).parents[1] / "docs" / name).read_text().replace("\n", " ") for name in ("law.md", "dispute.md")
     )
     rows = judgement.with_ratios(read_csv(judgement.MEASURED / "law.csv"))
-    of_area = {key: mean.value for key, mean in judgement.larger(rows).items() if key[0] == turn_of_atoms.AREA}
+    of_area = {key: mean.value for key, mean in judgement.larger(rows).items() if key[0] == threshold_of_atoms.AREA}
     low, high = min(of_area.values()), max(of_area.values())
     assert f"with another F, {low:.1f} to {high:.1f} times as large" in law_page
-    beside = of_area[turn_of_atoms.AREA, "spline", turn_of_atoms.RANGE]
+    beside = of_area[threshold_of_atoms.AREA, "spline", threshold_of_atoms.RANGE]
     assert f"at 4 % of the area, where F is {beside:.1f} times as large" in law_page
     scatter = judgement.by_moment(rows[rows.n == rows.n.max()])
     percent = {p: f"{100 * (value - 1):.0f}" for p, value in scatter.items()}
@@ -108,7 +108,7 @@ def test_what_the_pages_say_in_words_is_what_the_tables_say() -> None:
     assert f"uses, {percent[0]} %, slope and curvature" in law_page
     assert f"the other uses, {percent[2]} and {percent[4]} %" in law_page
     assert f"of the heights alone err by {percent[0]} % and of the slopes by {percent[2]} %" in dispute
-    works = exponents.matched(exponents.turns()).splitlines()[2:]
+    works = exponents.matched(exponents.thresholds()).splitlines()[2:]
     assert len(works) == len(exponents.COMPARED)
     for row in works:
         reach, _, _, *ratios = row.strip("| ").split(" | ")
@@ -118,21 +118,21 @@ def test_what_the_pages_say_in_words_is_what_the_tables_say() -> None:
 def test_atoms_are_drawn_at_their_range() -> None:
     rows = judgement.with_ratios(read_csv(judgement.MEASURED / "law.csv")).query("n == 512 and area == 0.01")
     (stars,) = (line for line in judgement.figure(rows).axes[0].lines if line.get_marker() == "*")
-    atoms = read_csv(judgement.MEASURED / "turn-atoms.csv").query("rung == 'atoms'")
-    np.testing.assert_array_equal(stars.get_xdata(), turn_of_atoms.RANGE)
+    atoms = read_csv(judgement.MEASURED / "threshold-atoms.csv").query("rung == 'atoms'")
+    np.testing.assert_array_equal(stars.get_xdata(), threshold_of_atoms.RANGE)
     np.testing.assert_array_equal(stars.get_ydata(), atoms.over_energy)
 
 
 @given(st.floats(0.05, 5.0))
 def test_what_predictions_take_for_f_is_what_was_stated(ratio: float) -> None:
-    stated = law.fit(law.turns("spline"))
+    stated = law.fit(law.thresholds("spline"))
     # Its numbers were written down with three digits.
-    assert turning_share(ratio) == pytest.approx(float(stated(ratio)), rel=2e-3)
+    assert threshold_share(ratio) == pytest.approx(float(stated(ratio)), rel=2e-3)
 
 
-def test_the_page_has_the_turns_on_atoms() -> None:
+def test_the_page_has_the_thresholds_on_atoms() -> None:
     page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
-    assert turn_of_atoms.table(read_csv(turn_of_atoms.MEASURED / "turn-atoms.csv")) in page
+    assert threshold_of_atoms.table(read_csv(threshold_of_atoms.MEASURED / "threshold-atoms.csv")) in page
 
 
 def test_the_limit_of_many_contacts_is_that_of_a_line_in_their_inverse() -> None:
@@ -150,7 +150,7 @@ def test_the_limit_of_many_contacts_is_that_of_a_line_in_their_inverse() -> None
 
 
 def test_a_period_is_judged_by_the_bounds_of_the_page() -> None:
-    """The stored turns at 16, 4 and 2 λ_L keep them; turns that scatter or lie off do not, few tell nothing."""
+    """The stored thresholds at 16, 4 and 2 λ_L keep them; such as scatter or lie off do not, few tell nothing."""
     text = "\n".join(periods.lines(read_csv(judgement.MEASURED / periods.FILE)))
     assert text.count("**held**") == 3
     assert text.count("**refuted**") == 1
@@ -178,7 +178,7 @@ def test_a_bandwidth_is_judged_by_the_bounds_of_the_page() -> None:
     assert law_bandwidth.word(mean(1.06, 1.01, 1.11, 6)) == "not decided"
     assert law_bandwidth.word(mean(0.85, 0.8, 0.9, 6)) == "refuted"
     assert law_bandwidth.word(mean(1.02, 0.95, 1.06, 5)) == "not tested"
-    # The page has the changes of w/(U F) in the stored turns.
+    # The page has the changes of w/(U F) in the stored thresholds.
     rows = judgement.with_ratios(read_csv(judgement.MEASURED / law_bandwidth.FILE))
     page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
     found = list(law_bandwidth.changes(rows, "left"))
@@ -199,7 +199,7 @@ def test_work_gained_on_approach_is_that_of_a_parabola_of_load() -> None:
         diamond_film.gained(states[:300], unit=2.0)
 
 
-def test_the_second_law_has_the_numbers_of_its_turns() -> None:
+def test_the_second_law_has_the_numbers_of_its_thresholds() -> None:
     page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
     assert "\n".join(one_state_judged.tables(one_state_judged.read())) in page
 

@@ -58,6 +58,17 @@ def test_classes_are_nouns() -> None:
     assert not participles
 
 
+def test_a_threshold_is_no_turn() -> None:
+    """Of modules, columns, keys and arguments too: the word had four meanings.  Old names are read, and say so."""
+    for path in MODULES:
+        nodes = list(ast.walk(ast.parse(path.read_text())))
+        fields = {
+            node.target.id for node in nodes if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)
+        }
+        names = fields | {node.arg for node in nodes if isinstance(node, ast.arg)} | {path.stem}
+        assert not {name for name in names if {"turn", "turns"} & set(name.split("_"))}, path
+
+
 def test_words_that_the_glossary_rules_out_are_not_in_names() -> None:
     ruled_out = words_that_are_not_used()
     assert len(ruled_out) > 5

@@ -110,7 +110,7 @@ class MotionTable(ProtocolTable):
         velocity: float
 
     @property
-    def turns(self) -> list[tuple[float, float]]:
+    def reversals(self) -> list[tuple[float, float]]:
         """Separations and offsets of the wall between which it moves, in a0."""
         raise NotImplementedError
 
@@ -126,13 +126,13 @@ class MotionTable(ProtocolTable):
 
     @cached_property
     def windows(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
-        """Legs from turn to turn, each in whole windows of about the duration wanted.
+        """Legs from reversal to reversal, each in whole windows of about the duration wanted.
 
         Separations and offsets at the beginning of the first window and at the end of each, and durations.
         """
-        turns, rest = self.turns, self.hold + self.dwell
-        places, duration = [turns[0]] * (rest + 1), [self.window] * rest
-        for (d0, o0), (d1, o1) in pairwise(turns):
+        reversals, rest = self.reversals, self.hold + self.dwell
+        places, duration = [reversals[0]] * (rest + 1), [self.window] * rest
+        for (d0, o0), (d1, o1) in pairwise(reversals):
             time = float(np.hypot(d1 - d0, o1 - o0)) / self.velocity
             count = max(1, round(time / self.window))
             places += [(d0 + (d1 - d0) * i / count, o0 + (o1 - o0) * i / count) for i in range(1, count + 1)]
@@ -146,7 +146,7 @@ class VelocityTable(MotionTable):
 
     kind: Literal["velocity"]
     separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=1000)]
-    """separations where the wall starts and turns, in a0; a single one for a wall at rest, with dwell"""
+    """separations where the wall starts and reverses, in a0; a single one for a wall at rest, with dwell"""
     velocity: Positive = 0.01
     """velocity of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
 
@@ -166,7 +166,7 @@ class VelocityTable(MotionTable):
             yield Fault(("separations",), f"apart by at least velocity x {SHORTEST:g}, the shortest window")
 
     @property
-    def turns(self) -> list[tuple[float, float]]:
+    def reversals(self) -> list[tuple[float, float]]:
         return [(d, 0.0) for d in self.separations]
 
 
@@ -202,7 +202,7 @@ class SlidingTable(MotionTable):
             yield from beyond_strength("pressure", self.pressure)
 
     @property
-    def turns(self) -> list[tuple[float, float]]:
+    def reversals(self) -> list[tuple[float, float]]:
         height = self.separation or 0.0  # of a wall that keeps a pressure the lattice solution finds it
         return [(height, 0.0), (height, self.distance)]
 

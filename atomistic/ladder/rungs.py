@@ -145,9 +145,9 @@ def state_at_area(
 
     Raises ValueError if the path does not reach the area.
     """
-    turn = min(range(len(path)), key=lambda i: path[i].separation)
-    # Both branches in the order of growing contact; the turning point belongs to both.
-    states = path[: turn + 1] if branch == "approach" else path[turn:][::-1]
+    reversal = min(range(len(path)), key=lambda i: path[i].separation)
+    # Both branches in the order of growing contact; the point of reversal belongs to both.
+    states = path[: reversal + 1] if branch == "approach" else path[reversal:][::-1]
     beyond = [state.totals.area_rep >= area for state in states]
     if True not in beyond:
         raise ValueError(f"the {branch} branch does not reach a repulsive area of {area}")
@@ -176,9 +176,9 @@ def beside_jump(problem: ContactProblem, path: list[PathState]) -> dict[str, Pat
     Raises NoJumpError if both branches have the same contact there.
     """
     area = [state.totals.area_rep for state in path]
-    turn = min(range(len(path)), key=lambda i: path[i].separation)
-    after = max(range(1, turn + 1), key=lambda i: area[i] - area[i - 1])
-    before, past = after - 1, 2 * turn - after + 1  # the way back takes the same steps
+    reversal = min(range(len(path)), key=lambda i: path[i].separation)
+    after = max(range(1, reversal + 1), key=lambda i: area[i] - area[i - 1])
+    before, past = after - 1, 2 * reversal - after + 1  # the way back takes the same steps
     if past >= len(path) or area[past] <= area[before]:
         raise NoJumpError("the approach has no jump-in: leave out jump, or make adhesion_length larger")
     names = ("before jump-in", "after jump-in", "retraction past it")

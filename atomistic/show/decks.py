@@ -245,13 +245,13 @@ def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figur
     real = run.description.real_units
     scale = 1.0 if real is None else real.si("pressure") / scipy.constants.giga
 
-    turn = len(x) if along else int(np.argmin(x)) + 1
+    reversal = len(x) if along else int(np.argmin(x)) + 1
     jumped = np.abs(np.diff([step.area_rep + step.area_att for step in run.steps])) > _JUMP
 
     def draw(axes: Axes, name: str, factor: float, label: str, colour: str) -> None:
         values = np.array([factor * getattr(step, name) for step in run.steps])
         errors = np.array([factor * getattr(step, f"{name}_error") for step in run.steps])
-        for some, fill, way in ((slice(0, turn), colour, label), (slice(turn, None), "white", None)):
+        for some, fill, way in ((slice(0, reversal), colour, label), (slice(reversal, None), "white", None)):
             if values[some].size:
                 axes.errorbar(x[some], values[some], errors[some] if errors.any() else None, fmt="o", color=colour,
                               markerfacecolor=fill, label=way, zorder=3)  # fmt: skip
@@ -269,7 +269,7 @@ def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figur
             area.plot(x, [getattr(step, name) for step in beside], "x", color=colour, zorder=4)
         area.plot([], [], "x", color="0.3", label="continuum")
         load.plot(x, [scale * step.load for step in beside], "x", color=SERIES[1], label="continuum", zorder=4)
-    if turn < len(x):
+    if reversal < len(x):
         load.plot([], [], "o", color=SERIES[0], markerfacecolor="white", label="on the way back")
     if jumped.any():
         load.plot([], [], ":", color="0.6", label="jump")

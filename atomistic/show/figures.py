@@ -196,11 +196,11 @@ def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
     figure, axis = plot.new_axes(plot.COLUMN, 2.8)
     q = 2 * np.pi / found.wavelength
     # 0 along <110>, 1 along <100>.
-    turn = (1 - np.cos(4 * found.angle)) / 2
+    rotation = (1 - np.cos(4 * found.angle)) / 2
     for low, high, colour, label in ((0.0, 0.1, plot.SERIES[0], "[110]"), (0.9, 1.0, plot.SERIES[5], "[100]")):
-        near = (turn >= low) & (turn <= high)
+        near = (rotation >= low) & (rotation <= high)
         axis.plot(q[near], 100 * found.difference[near], ".", color=colour, markersize=2.5, label=f"near {label}")
-    between = (turn > 0.1) & (turn < 0.9)
+    between = (rotation > 0.1) & (rotation < 0.9)
     axis.plot(q[between], 100 * found.difference[between], ".", color="0.8", markersize=1, zorder=0, label="between")
     limit = np.array([0, 0.8])
     for slope, colour in ((found.along_110, plot.SERIES[0]), (found.along_100, plot.SERIES[5])):

@@ -193,7 +193,7 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
         held = {"mean-gap": np.inf, "mean-pressure": 0.0}
         mean = held.get(nearness(problem) if aim.control == "repulsive-area" else aim.control)
         found = check_state(problem, gap, rounded=stored, mean_stiffness=mean)
-        if not stored or loading.turn is None:  # else the law is made of it, and a wrong one leaves a residual
+        if not stored or loading.threshold is None:  # else the law is made of it, and a wrong one leaves a residual
             found.numbers["work_of_adhesion"] = Found(problem.wall.work_of_adhesion, EXACT)
         maps = {"repulsive": result.repulsive(step), "attracted": result.contact_map(step) % 2 == ATTRACTED}
         allowed = ENOUGH * (system.settings.tolerance + found.rounding)

@@ -127,7 +127,7 @@ def run(
     return follow_run(config, path, force=flag("force", force), progress=progress, warn=warn)
 
 
-def turn(
+def threshold(
     file: InputFile,
     output: str | Path = "results",
     *,
@@ -149,7 +149,7 @@ def turn(
         named "input".
     output : folder for the result, which is named after the input; or its file, ``NAME.h5``.
     area : repulsive areas, as fractions of A0, increasing; the paper takes 1 %.
-    width : width of the bracket of works, relative to the turn.
+    width : width of the bracket of works, relative to the threshold.
     settings : values for keys of the input, as ``{"surface.seed": 3}``.
     force : replace a stored result and start anew.
     progress : called after each area with it, how many are done and how many there are.
@@ -165,10 +165,12 @@ def turn(
     areas = [number("area", each, above=0, below=1) for each in several("area", area)]
     number("width", width, above=0, below=1)
     into = file_name("output", output)
-    loading = {"control": "repulsive-area", "targets": areas, "turn": width, "area_tolerance": 0.05}
+    loading = {"control": "repulsive-area", "targets": areas, "threshold": width, "area_tolerance": 0.05}
     config = load(file, RunConfig, {"loading": loading, **settings_of(settings)})
     name = config.source.path.stem if config.source else "input"
-    into = into if into.suffix == ".h5" else into / f"{name}-turn.h5"
+    if into.suffix != ".h5":
+        earlier = into / f"{name}-turn.h5"  # the name of results of earlier versions, which go on
+        into = earlier if earlier.exists() else into / f"{name}-threshold.h5"
     return run(config, into, force=force, progress=progress, warn=warn)
 
 

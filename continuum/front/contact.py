@@ -1,5 +1,7 @@
 """A contact from arrays, which is pressed to one state or along a path."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
 from continuum.arguments import field as map_of
-from continuum.front.states import LoadingPath, State, Turn
+from continuum.front.states import FoundThreshold, LoadingPath, State
 from continuum.model.counterface import BEYOND, BEYOND_WHY, against
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
@@ -21,7 +23,7 @@ from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.path.state import Control, Search, settled
 from continuum.path.threshold import Threshold, core_stiffness, press_without_adhesion
-from continuum.path.turn import WallOfWork, find_turn, first_work
+from continuum.path.threshold_search import WallOfWork, bracket_threshold, first_work
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import LOOSEST, MOST_THREADS, Settings
 
@@ -34,6 +36,12 @@ _CONTROLS: dict[str, Control] = {
 
 FARTHEST = 1e12
 """Larger gaps (in a0) or pressures (in E*) are refused: they would overflow in the energy."""
+
+
+def _turn(contact: Contact, *given: Any, **named: Any) -> FoundThreshold:
+    """:meth:`Contact.find_threshold` by its name of before."""
+    warnings.warn("Contact.turn is now called Contact.find_threshold", DeprecationWarning, stacklevel=2)
+    return contact.find_threshold(*given, **named)
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,7 +231,7 @@ class Contact:
             raise ArgumentError("shift", shift, f"{BEYOND}: {BEYOND_WHY}")
         return replace(self, heights=against(self.grid, self.problem.heights, lower, shift, angle))
 
-    def turn(self, wall: WallOfWork, *, area: float = 0.01, width: float = 0.02) -> Turn:
+    def find_threshold(self, wall: WallOfWork, *, area: float = 0.01, width: float = 0.02) -> FoundThreshold:
         """The work of adhesion above which the surface is sticky: where the load at an area changes its sign.
 
         Parameters
@@ -231,7 +239,7 @@ class Contact:
         wall : function that returns the law for a work of adhesion in E* a0; of the contact's own wall only the range
             is used, to begin the search.
         area : repulsive area at which the sign of the load is taken, as a fraction of A0; the paper takes 1 %.
-        width : width of the bracket of works, relative to the turn.
+        width : width of the bracket of works, relative to the threshold.
 
         Examples
         --------
@@ -239,27 +247,29 @@ class Contact:
         >>> heights = c.SelfAffine(0.8, 0.1, 8, 32).synthesise(c.Grid.square(64), np.random.default_rng(1))
         >>> def wall(work):  # of a range of 0.4 a0
         ...     return c.attraction_on_core("spline", work, 0.4, core_stiffness=5.0)
-        >>> turn = c.Contact(heights, wall(0.01)).turn(wall, area=0.05).require()
-        >>> round(turn.work, 4)
+        >>> found = c.Contact(heights, wall(0.01)).find_threshold(wall, area=0.05).require()
+        >>> round(found.work, 4)
         0.0023
         """
         law_of = self._family(wall)
         number("area", area, above=0, below=1)
         number("width", width, above=0, below=1)
         search = Search(self.area_tolerance)
-        problem, found = find_turn(self.problem, law_of, area, self.settings, search, width)
-        return Turn(State(replace(self, wall=problem.wall), found), wall)
+        problem, found = bracket_threshold(self.problem, law_of, area, self.settings, search, width)
+        return FoundThreshold(State(replace(self, wall=problem.wall), found), wall)
+
+    turn = _turn
 
     def threshold(self, wall: WallOfWork, *, area: float = 0.01) -> Threshold:
         """The same work, estimated from one state without adhesion: a second, where a search takes a minute.
 
         It lies between ``low`` and ``high`` where adhesion changes the contacts little: χ up to 0.2, ten patches or
         more.  docs/law.md states it, with the surfaces on which it was tested; elsewhere it has to be searched for,
-        by :meth:`turn`.
+        by :meth:`find_threshold`.
 
         Parameters
         ----------
-        wall, area : as for :meth:`turn`; of the contact's own wall nothing is used.
+        wall, area : as for :meth:`find_threshold`; of the contact's own wall nothing is used.
 
         Examples
         --------

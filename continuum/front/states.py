@@ -18,7 +18,7 @@ from continuum.path import state
 from continuum.path.equilibrium import solver_of
 from continuum.path.gradient import Given, Number, gradient
 from continuum.path.state import Event
-from continuum.path.turn import WallOfWork
+from continuum.path.threshold_search import WallOfWork
 from continuum.show.sheet import Column, Sheet, pairs
 from continuum.solve.solution import NotConvergedError
 from continuum.solve.stability import Stability
@@ -143,12 +143,13 @@ class State:
         number : "load", per A0; "area", the repulsive area as a fraction of A0, the part of the lines of the grid along
             which the gap, linear from point to point, is below zero_gap, as a count of points has no derivative;
             "pull_off", the largest tension per A0, for which the path is followed from this state, best that of largest
-            tension in a :class:`LoadingPath`, to the place where it is largest; "turn", the work of adhesion at which
-            the load vanishes at this area, in a state where it does.
+            tension in a :class:`LoadingPath`, to the place where it is largest; "threshold", the work of adhesion at
+            which the load vanishes at this area, in a state where it does.
         at : what is held, "mean_gap", "separation", "pressure" or "area"; None for the separation, if the state was
-            pressed to one or nothing is repeated, and else the mean gap.  Not for a turn, where area and load are held,
-            nor for a pull-off, where it makes no difference.
-        wall : for a turn, function that returns the law for a work of adhesion, as for :meth:`Contact.turn`.
+            pressed to one or nothing is repeated, and else the mean gap.  Not for a threshold, where area and load are
+            held, nor for a pull-off, where it makes no difference.
+        wall : for a threshold, function that returns the law for a work of adhesion, as for
+            :meth:`Contact.find_threshold`.
 
         Returns
         -------
@@ -285,8 +286,8 @@ def _with_picture(shown: State | LoadingPath) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Turn:
-    """The turn of a contact, or the last bracket of the search for it."""
+class FoundThreshold:
+    """The threshold of a contact, or the last bracket of the search for it."""
 
     state: State
     """State at the given area whose load is nearest to zero."""
@@ -295,12 +296,12 @@ class Turn:
 
     @property
     def bracket(self) -> Event | None:
-        """States below and above the turn, with their works as values; None if it was not found."""
-        return self.state.found.turn
+        """States below and above the threshold, with their works as values; None if it was not found."""
+        return self.state.found.threshold
 
     @property
     def work(self) -> float:
-        """Work of adhesion at the turn, in E* a0; NaN if it was not found.
+        """Work of adhesion at the threshold, in E* a0; NaN if it was not found.
 
         Within the bracket the load is taken as linear in the logarithm of the work.
         """
@@ -321,36 +322,40 @@ class Turn:
         """How the search ended, in words."""
         return self.state.status
 
-    def require(self) -> Turn:
-        """Return the turn if it was found; else raise NotConvergedError with the reason."""
+    def require(self) -> FoundThreshold:
+        """Return the threshold if it was found; else raise NotConvergedError with the reason."""
         self.state.require()
         return self
 
     def gradient(self) -> Real:
-        """The derivative of the work at the turn by the height of every point, shape (nx, ny), in E* a0 per a0.
+        """The derivative of the work at the threshold by the height of every point, shape (nx, ny), in E* a0 per a0.
 
         Positive where a greater height makes the surface less sticky.  See :meth:`State.gradient`.
 
-        Raises NotConvergedError where the turn was not found, or the load jumps over zero.
+        Raises NotConvergedError where the threshold was not found, or the load jumps over zero.
         """
         self.require()
         if self.jumps:
-            raise NotConvergedError("no gradient of the turn: the load jumps over zero, and no state has zero load")
-        return self.state.gradient("turn", wall=self.wall)
+            raise NotConvergedError(
+                "no gradient of the threshold: the load jumps over zero, and no state has zero load"
+            )
+        return self.state.gradient("threshold", wall=self.wall)
 
     def __repr__(self) -> str:
-        return f"Turn(w {self.work:.4g} E* a0 at A_rep/A0 {self.state.area_rep:.4g}, {self.status})"
+        return f"FoundThreshold(w {self.work:.4g} E* a0 at A_rep/A0 {self.state.area_rep:.4g}, {self.status})"
 
     def _repr_html_(self) -> str:
         return self.sheet()._repr_html_()
 
     def sheet(self) -> Sheet:
         """The bracket, with the loads at both ends."""
-        rows = [("work of adhesion at the turn", f"{self.work:.4g} E* a0")]
+        rows = [("work of adhesion at the threshold", f"{self.work:.4g} E* a0")]
         if self.bracket is not None:
             for name, side in (("below", self.bracket.before), ("above", self.bracket.after)):
                 rows.append((f"{name}: work", f"{side.value:.5g} E* a0"))
                 rows.append((f"{name}: load N/A0 at A_rep/A0 {side.area_rep:.4g}", f"{side.load:.3e} E*"))
         found = self.state.found
         rows.append(("FFT pairs", f"{found.search_pairs + found.solution.fft_pairs:.0f}"))
-        return pairs("Turn", [*rows, ("status", self.status + (", the load jumps over zero" if self.jumps else ""))])
+        return pairs(
+            "Threshold", [*rows, ("status", self.status + (", the load jumps over zero" if self.jumps else ""))]
+        )

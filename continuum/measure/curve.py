@@ -53,16 +53,16 @@ class Curve:
         return cls(mean_gap, separation, load, np.array([point.branch == "retract" for point in points], dtype=bool))
 
     def branches(self) -> list[NDArray[np.intp]]:
-        """Indices of the points of each stretch in one direction; the turning point belongs to both its stretches."""
-        turns = np.flatnonzero(np.diff(self.retracting.astype(np.int8))) + 1
-        starts = [0, *(turns - 1)]
-        return [np.arange(s, e) for s, e in zip(starts, [*turns, self.load.size], strict=True) if e > s]
+        """Indices of the points of each stretch in one direction; the point of reversal belongs to both."""
+        reversals = np.flatnonzero(np.diff(self.retracting.astype(np.int8))) + 1
+        starts = [0, *(reversals - 1)]
+        return [np.arange(s, e) for s, e in zip(starts, [*reversals, self.load.size], strict=True) if e > s]
 
 
 def normal_stiffness(curve: Curve) -> Real:
     """k_N = -dN/d(mean gap) per A0 at each point, in E*/a0; NaN where a stretch has one point.
 
-    Differences of second order along each stretch of approach or retraction; the turning point takes that of the
+    Differences of second order along each stretch of approach or retraction; the point of reversal takes that of the
     approach.  In the paper it is proportional to the load, and lowered by adhesion by the factor κ_rep/κ.
     """
     stiffness = np.full(curve.load.size, np.nan)
@@ -84,7 +84,7 @@ class Adhesion:
     pull_off: float
     """Largest tension on retraction, in E*, not negative; NaN without retraction."""
     work_of_separation: float
-    """Work against tension on retraction, in E* a0: from where the load turns tensile to the end."""
+    """Work against tension on retraction, in E* a0: from where the load becomes tensile to the end."""
     loss: float
     """Work lost in the cycle, in E* a0: the work done on approach less that regained over the same distances."""
     separated: bool
@@ -109,13 +109,13 @@ def adhesion(curve: Curve) -> Adhesion:
     approach = float(tension[~away].max(initial=0.0))
     if not away.any():
         return Adhesion(peak, approach, np.nan, np.nan, np.nan, separated=False)
-    turn = int(np.argmax(away)) - 1  # the last point of the approach
-    back = np.arange(max(turn, 0), curve.load.size)
+    last = int(np.argmax(away)) - 1  # the last point of the approach
+    back = np.arange(max(last, 0), curve.load.size)
     pull_off = float(tension[back].max())
     work = _tensile_work(distance[back], curve.load[back])
     loss = np.nan
-    if turn >= 0:
-        to, fro = np.arange(turn + 1), back
+    if last >= 0:
+        to, fro = np.arange(last + 1), back
         loss = _overlap_work(distance[to][::-1], curve.load[to][::-1], distance[fro], curve.load[fro])
     return Adhesion(peak, approach, pull_off, work, loss, separated=bool(tension[-1] <= 0.01 * pull_off))
 
@@ -135,7 +135,7 @@ def _tensile_work(distance: Real, load: Real) -> float:
 
 
 def _overlap_work(d1: Real, load1: Real, d2: Real, load2: Real) -> float:
-    """Integral of load1 - load2 over the distances that both curves cover; both begin where the path turns."""
+    """Integral of load1 - load2 over the distances that both curves cover; both begin where the path reverses."""
     distance = np.unique(np.concatenate([d1, d2]))
     distance = distance[distance <= min(d1[-1], d2[-1])]
     if distance.size < 2 or (np.diff(d1) <= 0).any() or (np.diff(d2) <= 0).any():

@@ -60,8 +60,8 @@ def crossovers(table: PointTable) -> DataFrame:
     if not trials:
         return DataFrame()
     found = DataFrame(trials).sort_values("work", kind="stable")
-    turns = (_crossover(each) for _, each in found.groupby("series", sort=False))
-    return DataFrame([turn for turn in turns if turn is not None])
+    thresholds = (_crossover(each) for _, each in found.groupby("series", sort=False))
+    return DataFrame([threshold for threshold in thresholds if threshold is not None])
 
 
 def _trial(table: PointTable, key: str, first: Series, energies: Mapping[str, float]) -> dict[str, Any]:
@@ -150,9 +150,9 @@ class Theory:
     """Exponent of λ_s for λ_L/λ_s to infinity, from H."""
     colour: str
 
-    def margins(self, turns: DataFrame) -> Series:
+    def margins(self, thresholds: DataFrame) -> Series:
         """Measured work of adhesion at the crossover over that of this theory."""
-        return turns.contact.map(lambda contact: self.criterion(contact).margin).astype(float)
+        return thresholds.contact.map(lambda contact: self.criterion(contact).margin).astype(float)
 
 
 THEORIES = (
@@ -176,11 +176,13 @@ def _between(values: Iterable[float], digits: str = ".2g") -> str:
     return " - ".join(ends)
 
 
-def dispute_sheets(turns: DataFrame) -> tuple[Sheet, Sheet]:
+def dispute_sheets(thresholds: DataFrame) -> tuple[Sheet, Sheet]:
     """Measured exponents and those of each theory on the same surfaces, and the ratios of the works."""
     exponents, works = [], []
-    peaked = len(turns) > 0 and turns.peak.any()
-    for (reach, hurst, law, peak), group in turns.groupby(["range", "hurst", "law", "peak"]) if len(turns) else ():
+    peaked = len(thresholds) > 0 and thresholds.peak.any()
+    for (reach, hurst, law, peak), group in (
+        thresholds.groupby(["range", "hurst", "law", "peak"]) if len(thresholds) else ()
+    ):
         series = [each for _, each in group.sort_values("lambda_s", kind="stable").groupby("seed") if len(each) > 2]
         if not series:
             continue
@@ -202,30 +204,30 @@ def dispute_sheets(turns: DataFrame) -> tuple[Sheet, Sheet]:
         ratios = [np.log(theory.margins(used).to_numpy()) for theory in THEORIES]
         works.append((*name, len(used), *(f"{np.exp(r.mean()):.2g} (x{np.exp(r.std()):.2f})" for r in ratios)))
     if not exponents:
-        raise FigureError("no surface of this sweep has its turn at three λ_s: too few systems are done")
+        raise FigureError("no surface of this sweep has its threshold at three λ_s: too few systems are done")
     names = [theory.name for theory in THEORIES]
-    head = ["Δr/h_rms", *(["turned back at (h_rms)"] if peaked else []), "law", "H"]
+    head = ["Δr/h_rms", *(["reversed at (h_rms)"] if peaked else []), "law", "H"]
     measured = [
         *head,
         "surfaces",
         "λ_s (a0)",
         "Δr/g0",
         "μ_T",
-        "turns in the range of Eq. (6)",
+        "thresholds in the range of Eq. (6)",
         "measured, 95 %",
         *(f"{name} (limit)" for name in names),
     ]
     return (
         Sheet.of("Exponents of λ_s", measured, exponents),
-        Sheet.of("Work at the turn over that of each theory", [*head, "turns", *names], works),
+        Sheet.of("Work at the threshold over that of each theory", [*head, "thresholds", *names], works),
     )
 
 
 @plot.styled
-def draw_crossovers(turns: DataFrame, title: str) -> Drawing:
+def draw_crossovers(thresholds: DataFrame, title: str) -> Drawing:
     """Draw the work at the crossover against λ_s: means over surfaces with scatter, and a line for each theory."""
-    rows = sorted(set(zip(turns["range"], turns.peak, strict=True)))
-    columns = sorted(set(turns.hurst))
+    rows = sorted(set(zip(thresholds["range"], thresholds.peak, strict=True)))
+    columns = sorted(set(thresholds.hurst))
     width = plot.PAGE if len(columns) > 1 else plot.COLUMN
     figure, axes = plot.new_axes(
         width,
@@ -239,15 +241,15 @@ def draw_crossovers(turns: DataFrame, title: str) -> Drawing:
     body, titles = [], []
     for i, (reach, peak) in enumerate(rows):
         for axis, hurst in zip(axes[i], columns, strict=True):
-            mine = turns[(turns.hurst == hurst) & (turns["range"] == reach) & (turns.peak == peak)]
+            mine = thresholds[(thresholds.hurst == hurst) & (thresholds["range"] == reach) & (thresholds.peak == peak)]
             for law, same in mine.groupby("law"):
                 body += [(reach, law, hurst, *row) for row in _draw_panel(axis, same, law)]
-            turned = rf"{chr(10)}back at {peak} $h_\mathrm{{rms}}$" if peak else ""
+            reversed_at = rf"{chr(10)}back at {peak} $h_\mathrm{{rms}}$" if peak else ""
             gap = ", " if len(columns) <= _WIDE else "\n"
-            titles.append(rf"$H = {hurst:g}${gap}$\Delta r = {reach:g}\,h_\mathrm{{rms}}${turned}")
+            titles.append(rf"$H = {hurst:g}${gap}$\Delta r = {reach:g}\,h_\mathrm{{rms}}${reversed_at}")
             axis.set(xscale="log", yscale="log")
-        axes[i][0].set_ylabel(r"$\ell_a\lambda_L/h_\mathrm{rms}^2$ at the turn")
-    _finish(axes, turns)
+        axes[i][0].set_ylabel(r"$\ell_a\lambda_L/h_\mathrm{rms}^2$ at the threshold")
+    _finish(axes, thresholds)
     plot.log_ticks(*axes.flat)
     plot.letter_panels(axes.flat, titles)
     plot.legend_below(figure, plot.labelled(*axes.flat))
@@ -257,10 +259,10 @@ def draw_crossovers(turns: DataFrame, title: str) -> Drawing:
     return Drawing(figure, Sheet.of(title, head, body), caption)
 
 
-def _finish(axes: np.ndarray, turns: DataFrame) -> None:
+def _finish(axes: np.ndarray, thresholds: DataFrame) -> None:
     """Ticks, the legend's entries, and a shade where there are few contacts."""
-    cuts = sorted(set(turns.lambda_s))
-    few = (turns.lambda_s * np.sqrt(turns.squares / ENOUGH)).max()
+    cuts = sorted(set(thresholds.lambda_s))
+    few = (thresholds.lambda_s * np.sqrt(thresholds.squares / ENOUGH)).max()
     shaded = []
     for axis in axes.flat if few < cuts[-1] else ():
         left, right = axis.get_xlim()
@@ -272,16 +274,16 @@ def _finish(axes: np.ndarray, turns: DataFrame) -> None:
         axis.set_xlabel(r"$\lambda_s$ ($a_0$)")
     for theory in THEORIES:
         axes[0][0].plot([], [], color=theory.colour, label=theory.name)
-    for law in sorted(set(turns.law)):
+    for law in sorted(set(thresholds.law)):
         axes[0][0].plot([], [], _MARKS[law], color="0.2", markerfacecolor="0.2" if law == "spline" else "none",
                         label=f"computed, {law} law")  # fmt: skip
     for span in shaded[:1]:
         span.set_label(rf"fewer than {ENOUGH:g} $\lambda_s^2$ in 1 % of the map")
 
 
-def _draw_panel(axis: Axes, turns: DataFrame, law: str) -> list[tuple[float, ...]]:
+def _draw_panel(axis: Axes, thresholds: DataFrame, law: str) -> list[tuple[float, ...]]:
     """One law in one panel; returns λ_s, number of surfaces, mean, scatter and the theories' works of each λ_s."""
-    groups = list(turns.groupby("lambda_s"))
+    groups = list(thresholds.groupby("lambda_s"))
     logs = [np.log(group.work.to_numpy()) for _, group in groups]
     cuts, mean = np.array([float(cut) for cut, _ in groups]), np.exp([each.mean() for each in logs])
     scatter = np.array([np.exp(each.std(ddof=1)) if each.size > 1 else 1.0 for each in logs])
@@ -307,26 +309,26 @@ def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[
     for name, table in sweeps:
         back = bool((table["retracting"] == 1).any())
         title = "Pull-off equal to the load before" if back else "Attraction equal to repulsion at 1 % area"
-        turns = crossovers(table)
-        sheets = [*dispute_sheets(turns), *many_contacts(turns)]
-        drawing = draw_crossovers(turns, title)
+        thresholds = crossovers(table)
+        sheets = [*dispute_sheets(thresholds), *many_contacts(thresholds)]
+        drawing = draw_crossovers(thresholds, title)
         stem = path.with_name(f"dispute-{'pull-off' if back else 'load'}")
         stem = stem.with_name(f"{stem.name}-{name}") if stem.with_suffix(".png") in written else stem
         written += save_drawing(drawing, stem)
         parts += [f"## {title}: `{name}`\n", *drawing.shown(stem)]
         parts += [] if back else [_diameters(table)]
-        parts += [f"{len(table.keys)} of {len(table.listing.systems)} systems done, {len(turns)} turns. Computed with "
-                  f"{table.made}.\n"]  # fmt: skip
+        parts += [f"{len(table.keys)} of {len(table.listing.systems)} systems done, {len(thresholds)} "
+                  f"thresholds. Computed with {table.made}.\n"]  # fmt: skip
         tables += [f"### {title}: tables of `{name}`\n"]
         tables += [f"**{sheet.title}**\n\n{sheet.markdown()}\n" for sheet in sheets]
-        tables += [_losses(turns)] if back else []
+        tables += [_losses(thresholds)] if back else []
     return [output.save(path, "\n".join([*parts, *tables]).rstrip() + "\n"), *written]
 
 
-def many_contacts(turns: DataFrame) -> list[Sheet]:
+def many_contacts(thresholds: DataFrame) -> list[Sheet]:
     """Exponents of λ_s of which 1 % of the map has enough squares."""
-    many = turns[turns.squares >= ENOUGH]
-    if len(many) in (0, len(turns)):
+    many = thresholds[thresholds.squares >= ENOUGH]
+    if len(many) in (0, len(thresholds)):
         return []
     try:
         first, _ = dispute_sheets(many)
@@ -335,14 +337,14 @@ def many_contacts(turns: DataFrame) -> list[Sheet]:
     return [replace(first, title=f"{first.title}, of those only of which {ENOUGH:g} λ_s² or more make 1 % of the map")]
 
 
-def _losses(turns: DataFrame) -> str:
-    peaks = turns.assign(peak_gap=[float(peak or 0) for peak in turns.peak])
+def _losses(thresholds: DataFrame) -> str:
+    peaks = thresholds.assign(peak_gap=[float(peak or 0) for peak in thresholds.peak])
     rows = [
         (group.peak.iloc[0], str(hurst), str(cut), len(group), f"{np.mean(group.loss):.3f}")
         for (_, hurst, cut), group in peaks.groupby(["peak_gap", "hurst", "lambda_s"])
     ]
-    head = ("turned back at (h_rms)", "H", "λ_s (a0)", "surfaces", "work lost in the cycle over w")
-    return f"**Hysteresis at the turn**\n\n{Sheet.of('loss', head, rows).markdown()}\n"
+    head = ("reversed at (h_rms)", "H", "λ_s (a0)", "surfaces", "work lost in the cycle over w")
+    return f"**Hysteresis at the threshold**\n\n{Sheet.of('loss', head, rows).markdown()}\n"
 
 
 def _diameters(table: PointTable) -> str:

@@ -133,7 +133,7 @@ FIGURES: dict[str, PaperFigure] = {
          "way": lambda points: np.where(points.approach, "approach", "retraction")},
         relations.draw_area_against_load,
         "Fig. 2: repulsive area against load, each line a surface, there and back; H = 0.8, h'rms = 0.1, λ_s = 32 a0. "
-        "Left of the line of the turn the load is negative, and so is κ.", general=True,
+        "Left of the line of the threshold the load is negative, and so is κ.", general=True,
     ),
     "figure3": PaperFigure(
         "Fig. 3", _where("perimeter > 0 and valid"), _ANY,
@@ -147,7 +147,7 @@ FIGURES: dict[str, PaperFigure] = {
     "figure4": PaperFigure(
         "Fig. 4", _where("reference and length > 0 and area_att > 0"), _ANY, relations.kappas, relations.draw_kappas,
         "Fig. 4: means over surfaces, bars their standard deviation, of the first point with A_rep >= 10 λ_s² from "
-        "1 %. Dashed: 1/κ_rep as measured; full: where a search has found the turn; bands: standard deviations.",
+        "1 %. Dashed: 1/κ_rep as measured; full: where a search has found the threshold; bands: standard deviations.",
         general=True,
     ),
     "figure-s2": PaperFigure(

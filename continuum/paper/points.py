@@ -52,7 +52,8 @@ def sweep_points(table: PointTable) -> DataFrame:
     * ``hurst``, ``slope`` (h' that was asked for), ``lambda_s``, ``lambda_L``, ``seed``, ``law``, ``shape``: the input;
     * ``sweep.KEY``: what the input has on an axis of the sweep, as text;
     * ``surface``: a number for each rough surface, whatever its wall;
-    * ``search``: a number for each search of the sweep for the turn, along whatever key; -1 for points of no search;
+    * ``search``: a number for each search of the sweep for the threshold, along whatever key; -1 for points of no
+    search;
     * ``system``, ``length`` (l_a), ``area`` (A0 in a0²), ``approach`` (not on the way back);
     * ``valid``: the contact has enough asperities, A_rep >= 10 λ_s²;
     * ``reference``: κ is read here, the approaching point of each system of smallest valid area from about 1 % on;
@@ -73,8 +74,8 @@ def sweep_points(table: PointTable) -> DataFrame:
     own = ["hurst", "slope", "lambda_s", "lambda_L", "seed", "area"]
     points["surface"] = points.groupby(own, dropna=False, sort=False).ngroup()
     seeks = table.listing.bisection
-    turning = seeks is not None and (seeks.column, seeks.crosses) == ("load", 0)
-    points["search"] = alike(points, seeks.key) if seeks is not None and turning else -1
+    of_threshold = seeks is not None and (seeks.column, seeks.crosses) == ("load", 0)
+    points["search"] = alike(points, seeks.key) if seeks is not None and of_threshold else -1
     points["approach"] = points.retracting == 0
     points["valid"] = points.area_rep * points.area >= ENOUGH * points.lambda_s**2
     able = points.query("valid and approach and area_rep > 0.009")

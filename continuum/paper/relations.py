@@ -51,7 +51,7 @@ def draw_area_against_load(numbers: DataFrame) -> Figure:
               label="largest tension on the way back" if len(hold) else None)  # fmt: skip
     high = axis.get_ylim()[1]
     axis.plot([0, high / 2], [0, high], ":", color="0.4", label=r"$\kappa = 2$, the paper's without adhesion")
-    axis.axvline(0, color=_STICKY, linewidth=0.9, zorder=0, label=r"the turn, $\kappa = \infty$")
+    axis.axvline(0, color=_STICKY, linewidth=0.9, zorder=0, label=r"the threshold, $\kappa = \infty$")
     axis.set(xlabel=r"$N/(h'_\mathrm{rms} E^* A_0)$", ylabel=r"$A_\mathrm{rep}/A_0$")
     axis.locator_params(axis="x", nbins=5)
     key = [Line2D([], [], color="0.3", label=way, **same, **ways[way]) for way in ways if way in set(numbers["way"])]
@@ -95,7 +95,7 @@ _THEORY, _MEASURED, _REPULSIVE = "1/kappa_att theory", "1/kappa_att", "1/kappa_r
 
 
 def kappas(points: DataFrame) -> DataFrame:
-    """Fig. 4: 1/κ_att and A_rep/A_att, and what theory says of them; and where searches have found the turn."""
+    """Fig. 4: 1/κ_att and A_rep/A_att, and what theory says of them; and where searches have found the threshold."""
     points = points.assign(
         inverse=1 / points.kappa_att.where(points.kappa_att > 0, np.inf), ratio=points.area_rep / points.area_att,
         repulsive=1 / points.kappa_rep,
@@ -104,13 +104,17 @@ def kappas(points: DataFrame) -> DataFrame:
     found = figure_table(shown, {
         _THEORY: 1 / shown.expected_kappa_att, _MEASURED: shown.inverse,
         "scatter of it": shown.inverse_scatter, "A_rep/A_att theory": shown.expected_ratio, "A_rep/A_att": shown.ratio,
-        "scatter": shown.ratio_scatter, "mean load (E*)": shown.load, _REPULSIVE: shown.repulsive, "turn": False,
+        "scatter": shown.ratio_scatter, "mean load (E*)": shown.load, _REPULSIVE: shown.repulsive, "threshold": False,
     })  # fmt: skip
-    turns = [turn for _, trials in points[points.search >= 0].groupby("search") if (turn := _turn(trials)) is not None]
-    return concat([found, *turns], ignore_index=True)
+    thresholds = [
+        threshold
+        for _, trials in points[points.search >= 0].groupby("search")
+        if (threshold := _threshold(trials)) is not None
+    ]
+    return concat([found, *thresholds], ignore_index=True)
 
 
-def _turn(trials: DataFrame) -> DataFrame | None:
+def _threshold(trials: DataFrame) -> DataFrame | None:
     """Where the load changes its sign in a search, read between the two nearest trials; None where it does not."""
     trials = trials.assign(theory=1 / trials.expected_kappa_att).sort_values("theory")
     changes = np.flatnonzero((trials.load.to_numpy()[:-1] > 0) & (trials.load.to_numpy()[1:] <= 0))
@@ -127,18 +131,19 @@ def _turn(trials: DataFrame) -> DataFrame | None:
 
     row = ends[:1].assign(**{name: between(name) for name in ("slope", "length")})
     found = {_THEORY: between("theory"), _MEASURED: between("inverse"), _REPULSIVE: between("repulsive")}
-    return figure_table(row, {**found, "mean load (E*)": 0.0, "turn": True})
+    return figure_table(row, {**found, "mean load (E*)": 0.0, "threshold": True})
 
 
 def _draw_borders(axis: Axes, numbers: DataFrame) -> None:
-    """What turns sticky, against 1/κ_att of theory: by the paper's κ_rep, by the measured one, and as it was found."""
+    """What becomes sticky, against 1/κ_att of theory: by the paper's κ_rep, by the measured one, as it was found."""
     ends = axis.get_xlim()
     if ends[1] > 0.5:  # else nothing of it would show but its entry in the legend
         axis.axvspan(0.5, ends[1], color=_STICKY, alpha=0.1, linewidth=0,
                      label=r"sticky by theory, $\kappa_\mathrm{rep} = 2$")  # fmt: skip
-    turns = numbers["turn"]
-    lines = ((numbers[~turns][_REPULSIVE].dropna(), "--", r"the same, $\kappa_\mathrm{rep}$ as measured"),
-             (numbers[turns][_THEORY], "-", f"turn, by bisection of {turns.sum()} surfaces"))  # fmt: skip
+    thresholds = numbers["threshold"]
+    lines = ((numbers[~thresholds][_REPULSIVE].dropna(), "--", r"the same, $\kappa_\mathrm{rep}$ as measured"),
+             (numbers[thresholds][_THEORY], "-",
+              f"threshold, by bisection of {thresholds.sum()} surfaces"))  # fmt: skip
     for values, style, label in lines:
         if len(values):
             middle, spread = np.log(values).mean(), np.log(values).std(ddof=1) if len(values) > 1 else 0.0
@@ -150,14 +155,15 @@ def _draw_borders(axis: Axes, numbers: DataFrame) -> None:
 def draw_kappas(numbers: DataFrame) -> Figure:
     """Fig. 4: 1/κ_att and A_rep/A_att against theory."""
     figure, (left, right) = plot.new_axes(plot.PAGE, 3.9, 1, 2)
-    if "turn" not in numbers:  # tables of before
-        numbers = numbers.assign(turn=False, **{_REPULSIVE: np.nan})
-    points, turns = numbers[~numbers["turn"]], numbers[numbers["turn"]]
+    numbers = numbers.rename(columns={"turn": "threshold"})  # tables of before
+    if "threshold" not in numbers:
+        numbers = numbers.assign(threshold=False, **{_REPULSIVE: np.nan})
+    points, thresholds = numbers[~numbers["threshold"]], numbers[numbers["threshold"]]
     draw_points(left, points, _THEORY, _MEASURED, "scatter of it")
     sticky = points[points["mean load (E*)"] < 0]
-    if len(turns):
-        left.plot(turns[_THEORY], turns[_MEASURED], "x", color="black", markersize=5, zorder=5,
-                  label=r"the turns: $\kappa_\mathrm{att} = \kappa_\mathrm{rep}$")  # fmt: skip
+    if len(thresholds):
+        left.plot(thresholds[_THEORY], thresholds[_MEASURED], "x", color="black", markersize=5, zorder=5,
+                  label=r"the thresholds: $\kappa_\mathrm{att} = \kappa_\mathrm{rep}$")  # fmt: skip
     else:
         left.plot(sticky[_THEORY], sticky[_MEASURED], "o", color=_STICKY, markerfacecolor="none",
                   markersize=8, markeredgewidth=0.6,

@@ -28,7 +28,7 @@ from continuum.measure.contact import area_by_lines
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import NO_MEAN_GAP
-from continuum.path.turn import WallOfWork
+from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import NotConvergedError
 from continuum.solve.tangent import SHIFT, solve_hessian
 

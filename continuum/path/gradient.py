@@ -1,6 +1,6 @@
 """Which heights decide: the gradients that a state is asked for, from the derivatives of its numbers.
 
-The turn is an implicit function: with N and A functions of mean gap, work of adhesion w and heights,
+The threshold is an implicit function: with N and A functions of mean gap, work of adhesion w and heights,
 dw/dh = -(dN/dh)/(dN/dw), both at a given area.  At its least along a path the load is stationary, and by the envelope
 theorem its derivative is that at a given gap.
 """
@@ -22,10 +22,11 @@ from continuum.model.problem import ContactProblem
 from continuum.path.derivative import Derivative, Tangent
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import PathState, height, nearness
-from continuum.path.turn import WallOfWork
+from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import NotConvergedError, Settings
 
-Number = Literal["load", "area", "turn", "pull_off"]
+Number = Literal["load", "area", "threshold", "pull_off"]
+_RENAMED: Mapping[str, Number] = {"turn": "threshold"}
 Given = Literal["mean_gap", "separation", "pressure", "area"]
 
 SMALLEST_JUMP = 1e-3
@@ -90,7 +91,7 @@ def threshold_gradient(problem: ContactProblem, state: PathState, wall_of: WallO
     """The derivative by all heights of the work of adhesion at which the load at a given area has its value here.
 
     With N and A functions of mean gap, work and heights, dw/dh = -(dN/dh)/(dN/dw), both at given A.  At a state of zero
-    load it is that of the turn, positive where a greater height makes the surface less sticky.
+    load it is that of the threshold, positive where a greater height makes the surface less sticky.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ def threshold_gradient(problem: ContactProblem, state: PathState, wall_of: WallO
     tangent = Tangent(problem, state.gap, wall_of)
     load = tangent.load.holding(tangent.area)
     if not load.work < 0:
-        raise NotConvergedError("no derivative of the turn: at this area the load does not fall as the work rises")
+        raise NotConvergedError("no derivative of the threshold: at this area the load does not fall as the work rises")
     return -load.heights / load.work
 
 
@@ -177,8 +178,8 @@ def _of_number(number: Callable[[Tangent], Derivative], question: _Question) -> 
     return question.at_given(question.tangent, number)
 
 
-def _of_the_turn(question: _Question) -> Real:
-    question.refuse_at("at the turn area and load are held")
+def _of_the_threshold(question: _Question) -> Real:
+    question.refuse_at("at the threshold area and load are held")
     allowed = "a function that returns the law of a work of adhesion, as LennardJonesSpline(adhesion_length=w)"
     if not callable(question.wall_of):
         raise ArgumentError("wall", question.wall_of, allowed)
@@ -203,12 +204,13 @@ def gradient(
     """The derivative of a number by all heights: as :meth:`continuum.front.states.State.gradient` says."""
     function("wall", wall_of)
     state.require()
-    return _GRADIENTS[choice("number", number, get_args(Number))](_Question(problem, state, settings, at, wall_of))
+    known: Number = choice("number", _RENAMED.get(str(number), number), get_args(Number))
+    return _GRADIENTS[known](_Question(problem, state, settings, at, wall_of))
 
 
 _GRADIENTS: Mapping[Number, Callable[[_Question], Real]] = {
     "load": partial(_of_number, _load),
     "area": partial(_of_number, _area),
-    "turn": _of_the_turn,
+    "threshold": _of_the_threshold,
     "pull_off": _of_the_pull_off,
 }

@@ -18,7 +18,7 @@ from continuum.solve.solution import NotConvergedError, Solution, Status
 Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
 CONTROLS: tuple[Control, ...] = get_args(Control)
 Branch = Literal["start", "approach", "retract"]
-EventKind = Literal["jump-in", "jump-out", "pull-off", "turn"]
+EventKind = Literal["jump-in", "jump-out", "pull-off", "threshold"]
 
 
 YIELDS = "an imprint changes the mean gap, and with it what a mean gap means"
@@ -31,7 +31,7 @@ class Outcome(enum.Enum):
     PULLED_OFF = "the contact does not hold this tension: the surface has left the wall"
     JUMPED_OVER = "the repulsive area jumps over the target on this branch; the state is the last one before"
     NOT_FOUND = "the search for the area did not end: it is no steady function of the mean gap at this tolerance"
-    NO_TURN = "no work of adhesion was found at which the load at this area changes its sign"
+    NO_THRESHOLD = "no work of adhesion was found at which the load at this area changes its sign"
 
     @property
     def ok(self) -> bool:
@@ -99,8 +99,8 @@ class Event(NamedTuple):
     """A jump from one equilibrium to another far from it, while the control hardly changes."""
 
     kind: EventKind
-    """"jump-in" on approach, "jump-out" on retraction, "pull-off" where no repulsive contact remains after it; "turn"
-    where the load changes its sign from one work of adhesion to another."""
+    """"jump-in" on approach, "jump-out" on retraction, "pull-off" where no repulsive contact remains after it;
+    "threshold" where the load changes its sign from one work of adhesion to another."""
     control: Control | Literal["work-of-adhesion"]
     branch: Branch
     before: JumpSide
@@ -170,8 +170,8 @@ class PathState:
         return self.solution.traction
 
     @property
-    def turn(self) -> Event | None:
-        """The bracket of the turn that was looked for, with works of adhesion as values; None if it was not found."""
+    def threshold(self) -> Event | None:
+        """The bracket of the threshold that was sought, with works of adhesion as values; None if it was not found."""
         return next((event for event in self.events if event.control == "work-of-adhesion"), None)
 
     @property

@@ -39,7 +39,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.walls import HardWall, Wall
 from continuum.path.area import find_area
 from continuum.path.state import PathState, Search
-from continuum.path.turn import WallOfWork
+from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
 

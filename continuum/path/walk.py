@@ -51,11 +51,11 @@ class _Way:
         expected = self.last * min(abs(at - self.here) / self.width, GROWTH)
         return float(np.minimum(np.abs(change), np.abs(change - expected)).max())
 
-    def refuse(self, at: float, change: Real, moved: float, *, turns: bool) -> bool:
+    def refuse(self, at: float, change: Real, moved: float, *, reverses: bool) -> bool:
         """Whether what happens before ``at`` has to be looked at nearer: then it is remembered."""
         jumps = self.departs(change, at) > self.search.event_threshold
         self.bound = self.resolution / 16 if jumps and moved < STEADY * self.wider else self.resolution
-        if not (jumps or turns) or abs(at - self.here) <= self.bound:
+        if not (jumps or reverses) or abs(at - self.here) <= self.bound:
             return False
         self.far, self.wider = (at, change if jumps else np.full(3, np.inf)), moved
         return True
@@ -122,7 +122,7 @@ def walk(
         moved = np.inf if left else _largest_change(before.gap, trial.gap)
         # What lies between is hardly lower than before by more than it fell on the last step.
         rises = 0 > trial.load > before.load and fell > max(before.load - lowest[0], 0.0)
-        if not way.refuse(at, change, moved, turns=branch == "retract" and rises and not left):
+        if not way.refuse(at, change, moved, reverses=branch == "retract" and rises and not left):
             if left or way.go(at, change, moved):
                 events.append(event(control, branch, before, trial))
             fell = before.load - trial.load

@@ -41,8 +41,8 @@ class RunSetup:
         return self.problem.grid
 
     def at_work(self, work: float) -> ContactProblem:
-        """The problem of a point: in a search for turns each point has its own work of adhesion."""
-        if self.config.loading.turn is None:
+        """The problem of a point: in a search for thresholds each point has its own work of adhesion."""
+        if self.config.loading.threshold is None:
             return self.problem
         return replace(self.problem, wall=self.config.wall.at_work(work))
 
@@ -76,8 +76,16 @@ def build(config: RunConfig) -> RunSetup:
     expected = config.surface.expected(grid)
     if lower is not None:
         expected = lower.expected(grid, expected)
-    warned = (*doubts(problem, realised.rms_slope, config.shortest), *_long_steps(config, problem))
+    warned = (*_renamed(config), *doubts(problem, realised.rms_slope, config.shortest), *_long_steps(config, problem))
     return RunSetup(config, problem, realised, expected, config.solver.build(problem.traction_scale), warned)
+
+
+def _renamed(config: RunConfig) -> Iterator[str]:
+    """Keys of the input that have another name today."""
+    given = config.source.data.get("loading", {}) if config.source else {}
+    for name, before in config.loading.renamed.items():
+        if before in given:
+            yield f"[loading] {before} is now called {name}: write {name} in its place"
 
 
 def _made(key: Key, table: Table, build: Callable[[], _Made], faults: list[Fault]) -> _Made | None:

@@ -150,7 +150,8 @@ class RetractionTable(Table):
 class LoadingTable(Table):
     """[loading]: the path."""
 
-    newer: ClassVar[frozenset[str]] = frozenset({"turn", "area_resolution"})
+    newer: ClassVar[frozenset[str]] = frozenset({"threshold", "area_resolution"})
+    renamed: ClassVar[Mapping[str, str]] = {"threshold": "turn"}
     control: Control
     """what is given at each point"""
     targets: _Targets
@@ -163,9 +164,9 @@ class LoadingTable(Table):
     area_tolerance: Fraction | Annotated[tuple[Fraction, ...], Field(min_length=1)] = 0.01
     """largest difference from a given repulsive area, relative to it or, beyond half contact, to what is left of A0; or
     one for each target; half a grid point is always accepted"""
-    turn: Fraction | None = None
-    """find at each area the work of adhesion at which the load changes its sign, the turn, instead of the state at the
-    given work; the value is the width of the bracket of works, relative to the turn, as 0.02"""
+    threshold: Fraction | None = None
+    """find at each area the work of adhesion at which the load changes its sign, the threshold, instead of the state at
+    the given work; the value is the width of the bracket of works, relative to the threshold, as 0.02"""
     area_resolution: Annotated[float, Field(ge=1e-9)] | None = None
     """width in mean gap to which a jump of the area over its target is bracketed, in a0; a thousandth of the rms height
     if not given"""
@@ -213,10 +214,12 @@ class LoadingTable(Table):
             yield Fault(("area_tolerance",), "one number, where [loading.retraction] has targets of its own")
 
     @constraint
-    def _a_turn_of_areas(self) -> Iterator[Fault]:
-        if self.turn is not None and (self.control != "repulsive-area" or self.retract or self.retraction is not None):
-            cause = "a turn is the work at which the load at an area vanishes, on approach"
-            yield Fault(("turn",), 'only with control = "repulsive-area" and without a way back', cause)
+    def _a_threshold_of_areas(self) -> Iterator[Fault]:
+        if self.threshold is not None and (
+            self.control != "repulsive-area" or self.retract or self.retraction is not None
+        ):
+            cause = "a threshold is the work at which the load at an area vanishes, on approach"
+            yield Fault(("threshold",), 'only with control = "repulsive-area" and without a way back', cause)
 
     @constraint
     def _one_way_back(self) -> Iterator[Fault]:
@@ -307,10 +310,10 @@ class RunConfig(Document):
 
     @constraint
     def _work_to_change(self) -> Iterator[Fault]:
-        if self.loading.turn is not None and not self.wall.work_key:
+        if self.loading.threshold is not None and not self.wall.work_key:
             cause = f"the work of adhesion is not a key of law {getattr(self.wall, self.wall.kind_key)!r}"
             allowed = 'only with a law whose work is given: "lennard-jones-spline", "attraction-on-core"'
-            yield Fault(("loading", "turn"), allowed, cause)
+            yield Fault(("loading", "threshold"), allowed, cause)
 
     @constraint
     def _load_to_carry(self) -> Iterator[Fault]:
@@ -337,6 +340,8 @@ class RunConfig(Document):
             yield Fault(("grid", "n"), NO_LINE)
 
     @constraint
-    def _a_turn_that_repeats(self) -> Iterator[Fault]:
-        if self.loading.turn is not None and not self.substrate.repeats:
-            yield Fault(("loading", "turn"), "only on a periodic surface", "a turn is looked for by its mean gap")
+    def _a_threshold_that_repeats(self) -> Iterator[Fault]:
+        if self.loading.threshold is not None and not self.substrate.repeats:
+            yield Fault(
+                ("loading", "threshold"), "only on a periodic surface", "a threshold is looked for by its mean gap"
+            )

@@ -61,8 +61,8 @@ def cost_of(config: RunConfig) -> Cost:
     for control, targets in config.loading.legs:
         area = control == "repulsive-area"
         each = _pairs_of_area(config, larger) * decades if area else point
-        if config.loading.turn is not None:
-            each *= _PAIRS["turn"]
+        if config.loading.threshold is not None:
+            each *= _PAIRS["threshold"]
         allowed = (config.solver.max_iterations + 3) * (20 if area else 1)
         pairs += len(targets) * min(each, allowed)
         resolution = config.loading.event_resolution

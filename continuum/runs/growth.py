@@ -45,7 +45,7 @@ class Growth:
 def contact_identity(config: RunConfig) -> str:
     """Hash of everything but the path and the tolerance, which two runs of one contact have in common."""
     content = config.plain(identity=True)
-    content["loading"] = {"turn": config.loading.turn}
+    content["loading"] = {config.loading.renamed["threshold"]: config.loading.threshold}
     content["solver"] = {key: value for key, value in content["solver"].items() if key != "tolerance"}
     text = json.dumps([config.result_schema, config.result_version, content], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
@@ -63,7 +63,7 @@ def growth_of(config: RunConfig, source: Path) -> Growth | None:
     except StoreError:
         return None  # damaged, or of another version
     asked = config.loading.points
-    yields, turns = np.isfinite(config.wall.largest_pressure), config.loading.turn is not None
+    yields, searched = np.isfinite(config.wall.largest_pressure), config.loading.threshold is not None
     alike = min(
         done,
         sum(1 for _ in takewhile(lambda two: two[0] == two[1], zip(_points(config), _points(earlier), strict=False))),
@@ -71,9 +71,9 @@ def growth_of(config: RunConfig, source: Path) -> Growth | None:
     if config.output.fields and not earlier.output.fields:
         return None
     if config.solver.tolerance < earlier.solver.tolerance:
-        usable = alike and earlier.output.fields and not yields and not turns
+        usable = alike and earlier.output.fields and not yields and not searched
         return Growth(source, identity, refined=alike) if usable else None
-    goes_on = alike == done and ("restart/target" in held or turns)
+    goes_on = alike == done and ("restart/target" in held or searched)
     ends = alike == asked and not yields
     if not alike or not (goes_on or ends):
         return None

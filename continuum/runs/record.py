@@ -47,6 +47,10 @@ FLAGS = {
 """Words in datasets of points, in the order of their CF flags; new words are appended."""
 
 
+_RENAMED = {"turn": "threshold", "NO_TURN": "NO_THRESHOLD"}
+"""Words in files of earlier versions, with those of today."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Point(Totals):
     """Numbers of one point of a path.  Each field is stored as a dataset over ``step``."""
@@ -263,7 +267,7 @@ def _column(file: store.File, name: str, kind: object) -> list[Any]:
     values = file[name]
     if values.ndim != 1 or (values.dtype.kind == "U") != (kind is str):
         raise ValueError(f"{name} is no column of {'words' if kind is str else 'numbers'}")
-    found: list[Any] = values.tolist()
+    found: list[Any] = [_RENAMED.get(value, value) for value in values.tolist()]
     if unknown := set(found).difference(FLAGS.get(name, found)):
         raise ValueError(f"{name} is {unknown.pop()!r}")
     return found

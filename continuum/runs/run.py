@@ -24,7 +24,7 @@ from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
 from continuum.path.state import Branch, Outcome, PathState, gone
-from continuum.path.turn import find_turn
+from continuum.path.threshold_search import bracket_threshold
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.growth import Growth, contact_identity, growth_of, stored_state
@@ -124,11 +124,13 @@ def states_of(
 ) -> Iterator[tuple[ContactProblem, PathState]]:
     """The remaining points of the path, each with its contact."""
     loading, done = system.config.loading, len(record.points)
-    if loading.turn is not None:
+    if loading.threshold is not None:
         for _, targets, search in loading.stretches:
             for area in targets[done:]:
                 at_work = system.config.wall.at_work
-                yield find_turn(system.problem, at_work, area, system.settings, search, loading.turn, solver)
+                yield bracket_threshold(
+                    system.problem, at_work, area, system.settings, search, loading.threshold, solver
+                )
             done = max(0, done - len(targets))
         return
     for control, targets, search in loading.stretches:

@@ -157,7 +157,7 @@ def _theories(prediction: Prediction) -> Sheet:
     shown: dict[str, Callable[[float], str]] = {"": "{:.4g}".format, "length": length, "pressure": pressure}
     rows = []
     for one in prediction.estimates:
-        work, valid = one.turning_work(prediction.contact), "yes" if one.valid else "no: " + "; ".join(one.why)
+        work, valid = one.threshold_work(prediction.contact), "yes" if one.valid else "no: " + "; ".join(one.why)
         named = one.name, f"{one.symbol} = {shown[one.unit](one.value)}", "-" if work is None else per_area(work)
         rows.append((*named, one.margin, valid, one.source))
     head = ("theory or number", "parameter", "its w_c", Column("w over it", "", ".3g"), "in its range", "source")

@@ -75,13 +75,13 @@ def _jumps(events: Sequence[PathEvent]) -> Sheet:
          e.before.area_rep, e.after.area_rep, e.before.load, e.after.load)
         for step, e in events
     ]  # fmt: skip
-    return Sheet.of("Jumps and turns, with both sides of each", columns, rows)
+    return Sheet.of("Jumps and thresholds, with both sides of each", columns, rows)
 
 
-def turn_sheet(result: Result) -> Sheet:
-    """The turn at each area of a result of :func:`continuum.turn`, with its bracket."""
+def threshold_sheet(result: Result) -> Sheet:
+    """The threshold at each area of a result of :func:`continuum.threshold`, with its bracket."""
     columns = (
-        Column("A_rep/A0"), Column("w at the turn", "E* a0", ".4g"), Column("below", "E* a0", ".5g"),
+        Column("A_rep/A0"), Column("w at the threshold", "E* a0", ".4g"), Column("below", "E* a0", ".5g"),
         Column("above", "E* a0", ".5g"), Column("N_rep/A0", "E*", ".3e"), Column("N/A0", "E*", ".1e"),
         Column("A_att/A0"), Column("FFT pairs", "", ".0f"), Column("status"),
     )  # fmt: skip

@@ -105,7 +105,7 @@ class SmoothGrid(Descending, Protocol):
         :meth:`go_to_zero` and :meth:`go_to_coarser`, or that of the last step; g that is stays what it is.
         """
 
-    def turn(self, beta: float, *, coarse: bool) -> float:
+    def new_direction(self, beta: float, *, coarse: bool) -> float:
         """Set d <- beta d - s; returns <φ'' d d> over the points near the wall."""
 
     def line(self, alpha: float) -> tuple[float, float]:
@@ -192,11 +192,11 @@ class BoundGrid(Protocol):
     def clear(self) -> None:
         """Forget t, and the last change of z."""
 
-    def turn(self, beta: float, weight: float) -> None:
+    def new_direction(self, beta: float, weight: float) -> None:
         """Set t <- s + beta (t - weight m)."""
 
     def curvature(self) -> float:
-        """<t G t>, after :meth:`turn`."""
+        """<t G t>, after :meth:`new_direction`."""
 
     def trial(self, step: float) -> tuple[float, float, float]:
         """Try p - step t, cut at zero; sums of what was cut, negative, of p - step t, and of the trial."""

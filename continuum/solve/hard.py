@@ -254,7 +254,7 @@ class _Dual:
             if not slope > 0:
                 beta, slope = 0.0, zs
             zs_before = zs
-            grid.turn(beta, weight)
+            grid.new_direction(beta, weight)
             step = self._step(slope / grid.size)
             if not np.isfinite(step):
                 if beta == 0:

@@ -241,7 +241,7 @@ def _descend(
         if coarse:
             sums, conjugate = coarse_step(grid, levels, shift, sums)
         line = conjugate_line(sums, line, step.slope, conjugate)
-        step = _step(grid, line, grid.turn(line.beta, coarse=coarse), newton=step.newton)
+        step = _step(grid, line, grid.new_direction(line.beta, coarse=coarse), newton=step.newton)
         if not np.isfinite(step.length):
             return Status.LINE_SEARCH
         if step.rise > LARGEST_RISE * step.size_of_energy:

@@ -2,8 +2,8 @@
 
 A criterion, or a number behind it, is one entry of :data:`CRITERIA`: its key, name and symbol, the formula in
 :mod:`continuum.theory`, the source, the range in which it holds.  Criteria of stickiness have a margin, the same for
-all: the work of adhesion over the one at which the verdict turns, everything else the same.  As only w/E* counts, the
-verdict turns also at a modulus of margin x E*.
+all: the work of adhesion over the one at which the verdict changes, everything else the same.  As only w/E* counts, the
+verdict changes also at a modulus of margin x E*.
 """
 
 from collections.abc import Callable, Mapping
@@ -117,7 +117,7 @@ class Estimate:
     why: tuple[str, ...] = ()
     """Why it is out of its range here; empty if it is in range."""
     margin: float | None = None
-    """w over the w at which the verdict turns; None if the theory gives no verdict."""
+    """w over the w at which the verdict changes; None if the theory gives no verdict."""
     key: str = ""
     """Key of its entry in :data:`CRITERIA`."""
 
@@ -129,8 +129,8 @@ class Estimate:
     def sticky(self) -> bool | None:
         return None if self.margin is None else self.margin > 1
 
-    def turning_work(self, contact: RoughContact) -> float | None:
-        """Work of adhesion at which a verdict turns: above it the surface is sticky; None without a verdict."""
+    def threshold_work(self, contact: RoughContact) -> float | None:
+        """Work of adhesion at which a verdict changes: above it the surface is sticky; None without a verdict."""
         return None if self.margin is None else contact.work_of_adhesion / self.margin
 
 
@@ -163,7 +163,7 @@ class Criterion:
     limits: tuple[Limit, ...] = ()
     """Range of validity."""
     margin: Callable[[RoughContact, float], float] | None = None
-    """Work of adhesion over that at the turn, from the contact and the value; None for a number without a verdict."""
+    """Work of adhesion over that at the threshold, from contact and value; None for a number without a verdict."""
     unit: str = ""
     needs: str = ""
     """Name of an optional quantity of the contact that the criterion needs."""
@@ -200,7 +200,7 @@ _DMT = (_STEEP, Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is above 
                       "are not in the DMT limit", most=DMT_LIMIT))  # fmt: skip
 _ENERGY = (_STEEP, Limit(lambda c: c.range - c.rms_height, "the range of adhesion exceeds h_rms; the theory takes it "
                          "as zero", most=0))  # fmt: skip
-_TURN = (
+_THRESHOLD = (
     _STEEP,
     Limit(lambda c: c.range / c.rms_height, "the range of adhesion, {:.3g} h_rms, is not between 0.3 and 2.5 h_rms, "
           "where the law was tested", 0.3, 2.5),
@@ -248,8 +248,8 @@ _CRITERIA = (
     ),
     # The load at 1 % area changes its sign at w = U F: docs/law.md.  F is that of the paper's law, as stated before.
     Criterion(
-        "turning-energy", "energy of the turn", "U_full F/w", "docs/law.md: six surfaces, H of 0.2 to 0.9",
-        lambda c: _full_contact(c) * rough.turning_share(c.range / c.rms_height), _TURN,
+        "threshold-energy", "energy of the threshold", "U_full F/w", "docs/law.md: six surfaces, H of 0.2 to 0.9",
+        lambda c: _full_contact(c) * rough.threshold_share(c.range / c.rms_height), _THRESHOLD,
         margin=lambda c, value: 1 / value, needs="conformal_energy",
     ),
     # h_rms² below about 0.63 l_a λ_L, whatever the short waves.

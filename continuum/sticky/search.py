@@ -16,7 +16,7 @@ from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.model.walls import Wall
 from continuum.path.state import Search
-from continuum.path.turn import find_turn
+from continuum.path.threshold_search import bracket_threshold
 from continuum.runs.cost import pair_seconds
 from continuum.solve.solution import NotConvergedError, Settings, Solution
 from continuum.solve.solver import Solver
@@ -39,7 +39,7 @@ from continuum.sticky.threshold import (
     bounds,
     press_map,
 )
-from continuum.theory.rough import turning_share
+from continuum.theory.rough import threshold_share
 from continuum.topography.map import Topography
 
 WIDTH = 0.1
@@ -96,7 +96,7 @@ def search_threshold(pressed: PressedMap, found: MapThreshold, *, limited: bool 
 
     The range of attraction is that of the interface, or the shortest that the pixels resolve at that work if it is
     longer.  A longer range has its threshold at less work, by a factor that the law of the spectrum estimates
-    (:func:`continuum.theory.rough.turning_share`, docs/law.md): between both it is undecided.  The threshold also
+    (:func:`continuum.theory.rough.threshold_share`, docs/law.md): between both it is undecided.  The threshold also
     depends on the pixels: with pixels four times finer it changed by a factor of up to 1.8 on eight surfaces.
 
     Parameters
@@ -129,22 +129,23 @@ def search_threshold(pressed: PressedMap, found: MapThreshold, *, limited: bool 
     known = range_at(work) == given and np.isfinite(found.mean_gap)
     problem = replace(problem, wall=wall_at(work))
     first = (found.mean_gap, work) if known else None
-    at, state = find_turn(problem, wall_at, AREA, settings, Search(AREA_TOLERANCE), WIDTH, solver, first)
-    turn = state.turn
-    if turn is None:
+    at, state = bracket_threshold(problem, wall_at, AREA, settings, Search(AREA_TOLERANCE), WIDTH, solver, first)
+    bracket = state.threshold
+    if bracket is None:
         raise NotConvergedError(state.status.value)
-    length, scale = turn.root, unit * modulus
+    length, scale = bracket.root, unit * modulus
     reach = range_at(length)
     doubts = []
     if reach > given:
         check_resolved(topography, reach)
         doubts = [f"the threshold is that of {in_place_of(reach, given)}"]
     height = float(topography.heights.std())
-    share = turning_share(given / height) / turning_share(reach / height)
+    share = threshold_share(given / height) / threshold_share(reach / height)
     doubts += solver_doubts(at, pressed.slope, topography, "the pixel")
     return replace(
-        found, work=length * scale, low=turn.before.value * scale, high=max(turn.after.value, share * length) * scale,
-        source=Basis.SEARCH, range=reach, why=(), jumps=turn.kind == "jump-in", solves=state.search_solves + 1,
+        found, work=length * scale, low=bracket.before.value * scale,
+        high=max(bracket.after.value, share * length) * scale,
+        source=Basis.SEARCH, range=reach, why=(), jumps=bracket.kind == "jump-in", solves=state.search_solves + 1,
         area_rep=state.totals.area_rep, area_att=state.totals.area_att, gap=state.gap, wall=at.wall,
         warnings=tuple(dict.fromkeys((*found.warnings, *doubts))),
     )  # fmt: skip

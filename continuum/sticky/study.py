@@ -2,7 +2,7 @@
 
 Sample, spot and magnification of a file follow from its name, or from a table ``study.csv`` in the folder.  The
 magnifications of a spot are joined to one surface; each spot is one contact; samples are ranked by w over that of the
-turn, the geometric mean over their spots.  Its interval is Student's, with the scatter of spots pooled over all
+threshold, the geometric mean over their spots.  Its interval is Student's, with the scatter of spots pooled over all
 samples, as a few spots of one sample do not determine it.
 """
 
@@ -78,7 +78,7 @@ class SampleRank:
     name: str
     spots: tuple[Spot, ...] = field(repr=False)
     margin: float | None
-    """w over that of the turn, the geometric mean over the spots; None if unknown."""
+    """w over that of the threshold, the geometric mean over the spots; None if unknown."""
     interval: tuple[float, float] | None
     """Its 95 % interval; None if no scatter is known."""
     ranks: tuple[int, int] | None = None

@@ -4,7 +4,7 @@ The map is pressed on a core without attraction until 1 % of its area touches; t
 attraction (:mod:`continuum.path.threshold`), without spectrum, fit or record.  Where that statement was tested the
 interval is that of its two forms and what was measured beyond them; elsewhere it is wide, and a search for the
 threshold (:mod:`continuum.sticky.search`) is needed.  Where there is no map, as of a line scan, the law of the
-spectrum (:func:`continuum.theory.rough.turning_share`) and the energy of full contact are bounds.
+spectrum (:func:`continuum.theory.rough.threshold_share`) and the energy of full contact are bounds.
 
 Transforms of millions of points take seconds.  A map of more than :data:`LINEAR` points is pressed under a hard wall,
 which tells w_DMT = N/<τ>; and once more on a coarser grid, which tells w_c/w_DMT.
@@ -35,7 +35,7 @@ from continuum.solve.solution import Settings
 from continuum.sticky.criteria import AREA, RoughContact
 from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import CORE_STIFFNESS, shortest_range, solver_doubts, wall_of_map, wall_on
-from continuum.theory.rough import generalised_tabor, turning_share
+from continuum.theory.rough import generalised_tabor, threshold_share
 from continuum.topography.map import Topography
 from continuum.topography.roughness import stencil_moments
 
@@ -149,7 +149,7 @@ def by_law(energy: float, height: float, reach: float, shares: tuple[float, floa
     They are :data:`GAUSSIAN` or :data:`ANY` shares of the law of the spectrum where its range was tested.  Elsewhere
     the energy of full contact is the upper one if it is larger, and there is no lower one.
     """
-    work = energy * turning_share(reach / height)
+    work = energy * threshold_share(reach / height)
     if LAW_RANGES[0] <= reach / height <= LAW_RANGES[1]:
         return work, shares[0] * work, shares[1] * work
     return work, 0.0, max(energy, shares[1] * work)

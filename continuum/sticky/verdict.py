@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from continuum import units
 from continuum.sticky.criteria import ANSWERS, LARGEST_SLOPE, Answer
-from continuum.theory.rough import turning_share
+from continuum.theory.rough import threshold_share
 from continuum.topography.faults import NOT_GAUSSIAN
 
 if TYPE_CHECKING:
@@ -125,5 +125,5 @@ def unmeasured_shift(prediction: Prediction) -> float | None:
         known = replace(known, rms_height=cut.moments.rms_height, conformal_energy=energy)
     if whole is known or known.conformal_energy is None or whole.conformal_energy is None:
         return None
-    shares = [turning_share(one.range / one.rms_height) for one in (known, whole)]
+    shares = [threshold_share(one.range / one.rms_height) for one in (known, whole)]
     return whole.conformal_energy * shares[1] / (known.conformal_energy * shares[0])

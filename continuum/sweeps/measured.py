@@ -119,7 +119,7 @@ def _table(path: Path) -> Real:
     response = config.substrate.build().stiffness(grid) if config.substrate.repeats and config.output.fields else None
     table = np.full((len(result.points), len(COLUMNS)), np.nan)
     for step, point in enumerate(result.points):
-        if config.loading.turn is not None:
+        if config.loading.threshold is not None:
             wall = config.wall.at_work(point.work_of_adhesion)
             system |= {"range": wall.range, "effective_range": wall.effective_range}
         row = {

@@ -138,7 +138,7 @@ class PerssonContact:
 
         return density
 
-    def weak_adhesion_turn(self, area: float, tension: Callable[[Real], Real], reach: float) -> float:
+    def weak_adhesion_threshold(self, area: float, tension: Callable[[Real], Real], reach: float) -> float:
         """Work of adhesion, in E*, at which the load at an area vanishes if attraction does not change the gaps.
 
         Persson and Scaraggi, J. Chem. Phys. 141, 124701 (2014), for hard bodies and weak attraction ("DMT limit").
@@ -156,7 +156,7 @@ class PerssonContact:
         pressure = self.pressure(area)
         return float(pressure / np.sum(weights * self.gaps(pressure)(gap) * tension(gap)))
 
-    def bearing_area_turn(self, reach: float) -> float:
+    def bearing_area_threshold(self, reach: float) -> float:
         """Least work of adhesion, in E*, that is sticky in the bearing-area model, for any spectrum.
 
         Attraction as in :func:`continuum.theory.rough.bearing_area_limit`, a constant tension w/ε where the undeformed

@@ -345,7 +345,7 @@ class AdhesiveWave:
         pressure: Real = self.full_pressure * np.cos(psi) * (2 * root - pull / root)
         return pressure
 
-    def _turning_width(self, first: bool) -> float:
+    def _stationary_width(self, first: bool) -> float:
         # dp̄/dψ = 0 where 4 sin^(3/2) ψ cos^(5/2) ψ = α; the left side is largest at tan² ψ = 3/5.
         top = np.arctan(np.sqrt(0.6))
 
@@ -364,7 +364,7 @@ class AdhesiveWave:
     @property
     def pull_off_width(self) -> float:
         """Half-width of the contact at the largest tension; raises ValueError if there is none."""
-        return self._turning_width(True)
+        return self._stationary_width(True)
 
     @property
     def pull_off_pressure(self) -> float:
@@ -374,4 +374,4 @@ class AdhesiveWave:
     @property
     def snap_in_width(self) -> float:
         """Half-width at which the contact jumps to full contact under more load; raises ValueError if there is none."""
-        return self._turning_width(False)
+        return self._stationary_width(False)

@@ -6,7 +6,7 @@ The work of adhesion at which a surface begins to stick, and its derivative by t
 surface is changed from one that sticks at a given work of adhesion into one that does not, and from one that does not
 into one that does: by the least volume that is taken off, with a tool 2 $a_0$ wide and at most 0.1 $a_0$ deep; and by
 the least rms change of the heights at an unchanged elastic energy of full contact, *U*. Each is confirmed by a search
-for its turn.
+for its threshold.
 
 The heights are those of the upper, rough wall: what is taken off makes them greater, and the contact is where they are
 least.
@@ -34,9 +34,9 @@ def pressed(heights, work):
     return c.Contact(heights, wall(work), area_tolerance=0.002).press(area=AREA).require()
 
 
-def turn(heights):
+def threshold(heights):
     """The work of adhesion from which on the load at this area is negative."""
-    return c.Contact(heights, wall(0.002), area_tolerance=0.002).turn(wall, area=AREA, width=0.01).require()
+    return c.Contact(heights, wall(0.002), area_tolerance=0.002).threshold(wall, area=AREA, width=0.01).require()
 
 
 def filtered(field, response):
@@ -91,7 +91,7 @@ def least_rms():
     return change
 
 
-whole = turn(heights)
+whole = threshold(heights)
 surfaces = {}
 for words, factor in (("not to stick at 1.25 w", 1.25), ("to stick at 0.8 w", 0.8)):
     for name, change in (("volume", least_volume()), ("rms", least_rms())):
@@ -100,8 +100,8 @@ for words, factor in (("not to stick at 1.25 w", 1.25), ("to stick at 0.8 w", 0.
 # %%
 # Summits that touch (outlined) hold the surface up: what is taken off there makes it stick. What is taken off beside
 # them, where the wall attracts, has the opposite effect. The derivative is that by what the tool takes off, over the
-# work at the turn, *w*. By the same derivative noise of 0.01 $a_0$, independent from point to point, is an error of
-# *w*.
+# work at the threshold, *w*. By the same derivative noise of 0.01 $a_0$, independent from point to point, is an error
+# of *w*.
 
 gradient = whole.gradient()
 noise = c.noise_error(grid, gradient, 0.01) / whole.work
@@ -126,9 +126,9 @@ works = whole.work * np.array([0.7, 1.0, 1.3])
 drawn = {"as it is": heights, **surfaces}
 for (name, changed), style in zip(drawn.items(), ("k-", "C0-", "C0--", "C1-", "C1--"), strict=True):
     states = [pressed(changed, work) for work in works]
-    label = f"{name.split(' at')[0]}: {turn(changed).work / whole.work:.2f} w"
+    label = f"{name.split(' at')[0]}: {threshold(changed).work / whole.work:.2f} w"
     last.plot(works / whole.work, [one.load / one.found.totals.load_rep for one in states], style, label=label)
 last.axhline(0, color="0.7", linewidth=0.6, zorder=0)
 last.set(xlabel="work of adhesion over w", ylabel="load over repulsive load", ylim=(-0.5, 1.1))
-last.set_title("turns found by search", fontsize=7)
+last.set_title("thresholds found by search", fontsize=7)
 last.legend(fontsize=6, loc="upper left")

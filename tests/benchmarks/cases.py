@@ -35,7 +35,7 @@ MOST_POINTS = {
     "adhesive": 1024,
     "hard_wall": 2048,
     "seeds": 1024,
-    "turn": 1024,
+    "threshold": 1024,
     "kinds": 512,
     "searches": 1024,
 }

@@ -36,7 +36,7 @@ REPEATS = 10
 STEP, STEPS = 0.1, 4
 """Of the path: mean gaps a0 apart, and their number."""
 PASSES = 20
-"""Fields that an iteration on one grid reads or writes: gradient 5.5, direction 3.5, turn 1.5, move 6.5, a search 3."""
+"""Fields that an iteration on one grid reads or writes: gradient 5.5, direction 3.5 + 1.5, move 6.5, a search 3."""
 ON_CPU = 8192
 """Largest grid that the CPU solves, too; beyond, it takes hours on one thread."""
 

@@ -24,7 +24,7 @@ from continuum.model.surface import SelfAffine
 from continuum.model.walls import HardWall, Wall, attraction_on_core
 from continuum.path.loading import solve
 from continuum.path.state import PathState, Search
-from continuum.path.turn import find_turn
+from continuum.path.threshold_search import bracket_threshold
 from continuum.solve import smooth
 from continuum.solve.backend import back_end
 from continuum.solve.compiled import tiles
@@ -45,21 +45,21 @@ __all__ = [
     "judge_hard",
     "mean_gap_at",
     "search",
-    "turn",
+    "threshold",
 ]
 
-ARRAYS_MOVED = {"columns": 4.5, "turn": 2.0, "move": 3.0}
+ARRAYS_MOVED = {"columns": 4.5, "new_direction": 2.0, "move": 3.0}
 """Arrays that an iteration on one grid reads or writes beside the transforms, counted by hand from the sweeps.
 
 The unit is one field of float64; a half spectrum is one array, K is half of one.
 
 * columns, the sweep `gradient`: reads g, d, K, writes g, d; its work is in the cache, where it is transformed
-* `turn`: reads d, writes d; the step is in the cache
+* `new_direction`: reads d, writes d; the step is in the cache
 * `move`: reads z, d, writes z; the change of traction stays in the cache
 
-Tiles near the wall come on top: `turn` reads the stiffness there, half an array in single precision, `move` reads and
-writes it and the traction, each `line` reads z, d and the traction.  Arrays that are written are read before, so that
-nothing is allocated by writing; the same holds of the stream that they are compared with.
+Tiles near the wall come on top: `new_direction` reads the stiffness there, half an array in single precision, `move`
+reads and writes it and the traction, each `line` reads z, d and the traction.  Arrays that are written are read before,
+so that nothing is allocated by writing; the same holds of the stream that they are compared with.
 """
 
 
@@ -99,7 +99,7 @@ def search(n: int, seed: int, adhesion_length: float) -> dict[str, Any]:
     return {"mean_gap": gap, "fft_pairs": pairs, "cpu": seconds}
 
 
-def turn(n: int, seed: int, hurst: float, reach: float) -> dict[str, Any]:
+def threshold(n: int, seed: int, hurst: float, reach: float) -> dict[str, Any]:
     """Work at which the load at `AREA` changes its sign, and the search for that area at this work.
 
     As in inputs/sweep/law.toml: period 8 λ_L, four points to λ_s, h_rms = λ_L/512, a range in units of h_rms.
@@ -111,7 +111,7 @@ def turn(n: int, seed: int, hurst: float, reach: float) -> dict[str, Any]:
     wall = partial(attraction_on_core, "spline", effective_range=reach * n / 8 / 512, core_stiffness=5.0)
     problem = ContactProblem(grid, wall(1e-4), heights, HalfSpace())
     settings, how = Settings(1e-4 * problem.traction_scale), Search(0.05, 0.02)
-    (there, state), seconds = _timed(lambda: find_turn(problem, wall, AREA, settings, how, 0.02))
+    (there, state), seconds = _timed(lambda: bracket_threshold(problem, wall, AREA, settings, how, 0.02))
     one, alone = _timed(lambda: solve(there, "repulsive-area", AREA, settings, search=how))
     return {
         "status": state.status.name, "fft_pairs": state.search_pairs + state.solution.fft_pairs, "cpu": seconds,
@@ -158,7 +158,8 @@ def _cold(surface: Rough, mean_gap: float, tolerance: float) -> tuple[dict[str, 
 
 
 def beside(n: int, seed: int, file: str, turns: int, **shape: float) -> dict[str, Any]:
-    """Ours at the mean gap and the residual of a peer's state in a file, both as we evaluate them: the median of turns.
+    """Ours at the mean gap and the residual of a peer's state in a file, both as we evaluate them: the median of
+    thresholds.
 
     Where the two states differ: how many pixels the peer's loses as ours goes on from it, to a tenth of its residual.
     """

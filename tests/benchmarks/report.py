@@ -216,8 +216,8 @@ def hard_wall(rows: list[Row]) -> str:
     return f"### {title}\n\n{table(head, cells)}{_spread(rows)}"
 
 
-def turn(rows: list[Row]) -> str:
-    """The turn, and what it costs beside one search for its area."""
+def threshold(rows: list[Row]) -> str:
+    """The threshold, and what it costs beside one search for its area."""
     cells = []
     for (n, hurst, reach), group in groups(rows, "n", "hurst", "reach").items():
         ratios = [row["fft_pairs"] / row["search_pairs"] for row in group]
@@ -227,7 +227,9 @@ def turn(rows: list[Row]) -> str:
             ", ".join(f"{row['search_pairs']:.0f}" for row in group), ", ".join(f"{ratio:.1f}" for ratio in ratios),
         ))  # fmt: skip
     head = ("grid", "H", "range/h_rms", "w/U", "FFT pairs", "equilibria", "of the search for the area", "ratio")
-    note = "The turn: work of adhesion at which the load at 1 % area changes its sign, bracketed to 2 %; seeds apart"
+    note = (
+        "The threshold: work of adhesion at which the load at 1 % area changes its sign, bracketed to 2 %; seeds apart"
+    )
     return f"### {note}\n\n{table(head, cells)}"
 
 
@@ -328,7 +330,7 @@ TABLES: dict[str, Callable[[list[Row]], str]] = {
     "iteration": iteration,
     "adhesive": adhesive,
     "hard_wall": hard_wall,
-    "turn": turn,
+    "threshold": threshold,
     "kinds": kinds,
     "searches": searches,
     "atoms": atoms,

@@ -260,11 +260,11 @@ def walls(n: int) -> Plan:
         yield point | {"sources": _sources("atomistic", "atoms")}, measured
 
 
-def turn(n: int) -> Plan:
-    """The turn beside the search for its area at one work of adhesion."""
-    for hurst, reach, seed in product((0.2, 0.8), (0.5, 1.6), SEEDS if n <= MOST_POINTS["turn"] else ()):
+def threshold(n: int) -> Plan:
+    """The threshold beside the search for its area at one work of adhesion."""
+    for hurst, reach, seed in product((0.2, 0.8), (0.5, 1.6), SEEDS if n <= MOST_POINTS["threshold"] else ()):
         point = {"n": n, "hurst": hurst, "reach": reach, "seed": seed}
-        yield point, lambda results, point=point: results.job("ours.turn", **point)
+        yield point, lambda results, point=point: results.job("ours.threshold", **point)
 
 
 def kinds(n: int) -> Plan:
@@ -284,7 +284,7 @@ def searches(n: int) -> Plan:
         yield point | {"area": "path"}, lambda results, point=point: results.job("paths.path", **point)
 
 
-TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall, turn, kinds, searches)}
+TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall, threshold, kinds, searches)}
 """Each plans its rows on one grid; `report` has a function of the same name that writes them as text."""
 
 

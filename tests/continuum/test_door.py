@@ -51,8 +51,9 @@ CALLS: Calls = {
     "Contact.threshold": (
         CONTACT.threshold, {"wall": lambda work: c.attraction_on_core("spline", work, 0.4, 5.0), "area": 0.1}
     ),
-    "Contact.turn": (
-        CONTACT.turn, {"wall": lambda work: c.attraction_on_core("spline", work, 0.4, 5.0), "area": 0.1, "width": 0.1}
+    "Contact.find_threshold": (
+        CONTACT.find_threshold,
+        {"wall": lambda work: c.attraction_on_core("spline", work, 0.4, 5.0), "area": 0.1, "width": 0.1},
     ),
     "CubicLayer": (c.CubicLayer, {"depth": 4.0, "constants": (1.03, 0.515, 0.515), "mean": "clamped", "axis": 0.0}),
     "Exponential": (c.Exponential, {"surface_energy": 0.01, "decay_length": 0.3, "core_stiffness": 2.0}),
@@ -109,8 +110,8 @@ FILES: Calls = {
             "warn": None,
         },
     ),
-    "turn": (
-        c.turn,
+    "threshold": (
+        c.threshold,
         {
             "file": "small.toml", "output": "out", "area": [0.1], "width": 0.1, "force": False, "settings": None,
             "progress": None, "warn": None,
@@ -137,7 +138,7 @@ FILES: Calls = {
     ),
 }  # fmt: skip
 # Made by the functions, and by nobody else.  What `predict` and `study` are given has tests of its own.
-RESULTS = {"Analysis", "Certificate", "LoadingPath", "Prediction", "Result", "State", "Study", "Turn"}
+RESULTS = {"Analysis", "Certificate", "FoundThreshold", "LoadingPath", "Prediction", "Result", "State", "Study"}
 APART = {"examples", "predict", "study"}
 ARGUMENTS = [(call, name) for call, (_, good) in CALLS.items() for name in good]
 OF_FILES = [(call, name) for call, (_, good) in FILES.items() for name in good]

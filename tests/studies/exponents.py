@@ -1,8 +1,8 @@
-"""Exponents of λ_s at the turn, from the record that comes with the package: the tables of docs/dispute.md.
+"""Exponents of λ_s at the threshold, from the record that comes with the package: the tables of docs/dispute.md.
 
-``python -m tests.studies.exponents``: the sheets of ``continuum plot dispute`` of turns with A_rep >= 10 λ_s², with
-95 % intervals over surfaces and the number of turns in the range of Eq. (6); and, where two ranges are compared, works
-at the turn over those of the theories on the surfaces that both have.
+``python -m tests.studies.exponents``: the sheets of ``continuum plot dispute`` of thresholds with A_rep >= 10 λ_s²,
+with 95 % intervals over surfaces and the number of thresholds in the range of Eq. (6); and, where two ranges are
+compared, works at the threshold over those of the theories on the surfaces that both have.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ COMPARED = (0.12, 0.08)
 """Ranges over h_rms that the page sets beside one another."""
 
 
-def turns() -> DataFrame:
-    """The turns of the record as :func:`continuum.paper.dispute.crossovers` has them; periods are of 2 λ_L."""
+def thresholds() -> DataFrame:
+    """The thresholds of the record as :func:`continuum.paper.dispute.crossovers` has them; periods are of 2 λ_L."""
     text = (Path(__file__).parent / "record" / "record.csv").read_text()
     rows = []
     for row in csv.DictReader(text.splitlines()):
-        if row["source"] != "turn":
+        if row["source"] != "threshold":
             continue
         values = {name: float(value) for name, value in row.items() if name not in ("source", "law", "sticky")}
         contact = RoughContact(
@@ -44,13 +44,16 @@ def turns() -> DataFrame:
 
 
 def matched(found: DataFrame) -> str:
-    """Works at the turn over those of the theories, of the same surfaces at both ranges, and λ_L/λ_s."""
+    """Works at the threshold over those of the theories, of the same surfaces at both ranges, and λ_L/λ_s."""
     spline = found[(found.law == "spline") & (found.hurst == 0.8)].assign(
         width=lambda rows: rows.lambda_L / rows.lambda_s
     )
     both = set.intersection(*({(r.seed, r.width) for r in spline[spline["range"] == d].itertuples()} for d in COMPARED))
     same = spline[[(r.seed, r.width) in both for r in spline.itertuples()]]
-    lines = [f"| Δr/h_rms | surfaces | turns | {' | '.join(theory.name for theory in THEORIES)} |", "|---" * 7 + "|"]
+    lines = [
+        f"| Δr/h_rms | surfaces | thresholds | {' | '.join(theory.name for theory in THEORIES)} |",
+        "|---" * 7 + "|",
+    ]
     for reach in COMPARED:
         group = same[same["range"] == reach]
         means = [f"{np.exp(np.log(theory.margins(group)).mean()):.2f}" for theory in THEORIES]
@@ -59,7 +62,7 @@ def matched(found: DataFrame) -> str:
 
 
 def main() -> None:
-    found = turns()
+    found = thresholds()
     many = found[found.squares >= ENOUGH]
     sheets = dispute_sheets(many)
     sys.stdout.write("\n\n".join([*(sheet.markdown() for sheet in sheets), matched(many)]) + "\n")

@@ -1,7 +1,7 @@
-"""The law of stickiness judged: turns of surfaces that made nothing of it, against what docs/law.md said before.
+"""The law of stickiness judged: thresholds of surfaces that made nothing of it, against what docs/law.md said before.
 
 ``python -m tests.studies.judgement results/law-reduced results/law --into docs/measured`` prints what became of each
-statement, and writes ``law.csv`` (all turns) and ``law.png``.  Without folders it reads that file.
+statement, and writes ``law.csv`` (all thresholds) and ``law.png``.  Without folders it reads that file.
 
 One table of bounds, as they stood in docs/law.md before the first run.  Means are over surfaces (seeds), with 95 %
 intervals from Student's t; the logarithm of w is what scatters.
@@ -27,8 +27,8 @@ from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.points import ENOUGH, sweep_points
 from continuum.show import plot
 from continuum.sweeps.collect import collect
-from tests.studies.law import PLATEAU, Real, fit, turns
-from tests.studies.turn_of_atoms import AREA, RANGE
+from tests.studies.law import PLATEAU, Real, fit, thresholds
+from tests.studies.threshold_of_atoms import AREA, RANGE
 
 MEASURED = Path(__file__).parents[2] / "docs" / "measured"
 POWERS = (0, 1, 2, 3, 4)
@@ -45,8 +45,8 @@ EXPONENT = 0.1
 SURFACES, COUNT = 6, 10
 
 
-def turns_of(folder: Path) -> DataFrame:
-    """The turns of a sweep with ``[loading] turn``, a row each, with the moments of their surfaces; lengths in a0."""
+def thresholds_of(folder: Path) -> DataFrame:
+    """The thresholds that a sweep found, a row each, with the moments of their surfaces; lengths in a0."""
     table = collect(folder)
     points = sweep_points(table).query("valid")
     moments = {}
@@ -73,7 +73,7 @@ def turns_of(folder: Path) -> DataFrame:
 
 def with_ratios(found: DataFrame) -> DataFrame:
     """What the statements are about: Δ, w over U, over U F, and lengths that could measure the range."""
-    laws = {shape: fit(turns(shape)) for shape in SHAPES}
+    laws = {shape: fit(thresholds(shape)) for shape in SHAPES}
     energy = found.moment_1 / 4
     law = np.array([laws[shape](r) for shape, r in zip(found["shape"], found.range / found.height, strict=True)])
     return found.assign(
@@ -238,15 +238,15 @@ def tables(rows: DataFrame) -> str:
     """The tables of docs/law.md: one for each area and size."""
     text = []
     for (area, n), part in rows.groupby(["area", "n"]):
-        text += [f"{area:.0%} of the area, {n}²: {len(part)} turns, {part.seed.nunique()} surfaces", ""]
+        text += [f"{area:.0%} of the area, {n}²: {len(part)} thresholds, {part.seed.nunique()} surfaces", ""]
         text += ["| statement | found | |", "|---|---|---|"]
         text += [f"| {name} | {said} | **{what}** |" for name, said, what in judged(part)] + [""]
     return "\n".join([*text, *resolved(rows[rows.area == rows.area.min()]), *by_area(rows)])
 
 
 def resolved(rows: DataFrame) -> list[str]:
-    """Table of what a finer grid and a larger bandwidth do to w/(U F), each with the other kept, on the same turns."""
-    text = ["| 1% of the area | turns | w/(U F), second over first | at each H |", "|---|---|---|---|"]
+    """Table of what grid and bandwidth do to w/(U F), each with the other kept, on the same surfaces."""
+    text = ["| 1% of the area | thresholds | w/(U F), second over first | at each H |", "|---|---|---|---|"]
     same = ["seed", "shape", "hurst", "delta"]
     kinds = {kind: part.set_index(same).left for kind, part in rows.groupby(["width", "lambda_s"])}
     for (one, first), (other, second) in itertools.combinations(kinds.items(), 2):
@@ -275,11 +275,11 @@ def larger(rows: DataFrame) -> dict[tuple[float, str, float], Mean]:
 
 
 def by_area(rows: DataFrame) -> list[str]:
-    """Table of what a larger area does to w at the turn."""
+    """Table of what a larger area does to w at the threshold."""
     found = larger(rows)
     kinds = sorted({key[1:] for key in found})
     names, least = " | ".join(f"{shape} {delta:g}" for shape, delta in kinds), rows.area.min()
-    text = [f"| w at the turn over that at {least:.0%} of the area | {names} |", "|---" * (len(kinds) + 1) + "|"]
+    text = [f"| w at the threshold over that at {least:.0%} of the area | {names} |", "|---" * (len(kinds) + 1) + "|"]
     for area in sorted({key[0] for key in found}):
         text.append(f"| {area:.0%} | {' | '.join(str(found[area, *kind]) for kind in kinds)} |")
     return [*text, ""] if found else []
@@ -288,7 +288,7 @@ def by_area(rows: DataFrame) -> list[str]:
 @plot.styled
 def figure(rows: DataFrame) -> Figure:
     """w/U against the range, and the scatter about each moment of the spectrum."""
-    laws = {shape: fit(turns(shape)) for shape in SHAPES}
+    laws = {shape: fit(thresholds(shape)) for shape in SHAPES}
     drawn, (left, right) = plot.new_axes(plot.PAGE, 3.3, columns=2)
     x = np.geomspace(0.05, 3, 100)
     short = with_ratios(read_csv(MEASURED / "law-short.csv"))
@@ -299,11 +299,11 @@ def figure(rows: DataFrame) -> Figure:
             shift = 1 + 0.04 * (i - 2)  # points of one range beside one another
             left.plot(part.delta * shift, part.over_energy, mark, ms=3, alpha=0.6, color=f"C{i}",
                       label=f"H = {hurst:g}" if shape == "spline" else None)  # fmt: skip
-    atoms = read_csv(MEASURED / "turn-atoms.csv").query("rung == 'atoms'")
+    atoms = read_csv(MEASURED / "threshold-atoms.csv").query("rung == 'atoms'")
     reach = np.full(len(atoms), RANGE)
     left.plot(reach, atoms.over_energy, "k*", ms=7, mfc="w", mew=0.8, label=f"atoms, {AREA:.0%} of area")
     left.set(xscale="log", yscale="log", xlabel=r"range of the attraction $\Delta r/h_\mathrm{rms}$",
-             ylabel="work of adhesion at the turn, $w/U$")  # fmt: skip
+             ylabel="work of adhesion at the threshold, $w/U$")  # fmt: skip
     for axis, ticks in ((left.xaxis, (0.05, 0.1, 0.2, 0.5, 1, 2)), (left.yaxis, (0.1, 0.2, 0.3, 0.4, 0.5))):
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
@@ -326,7 +326,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--into", type=Path, help="folder of law.csv and law.png")
     given = parser.parse_args(arguments)
     stored = MEASURED / "law.csv"
-    raw = concat([turns_of(folder) for folder in given.folders]) if given.folders else read_csv(stored)
+    raw = concat([thresholds_of(folder) for folder in given.folders]) if given.folders else read_csv(stored)
     rows = with_ratios(raw)
     if given.into:
         with plot.written_as(["png"]):

@@ -1,10 +1,10 @@
-"""The law of stickiness as the record has it: w at the turn = U F(range/h_rms), one F for each shape of the attraction.
+"""The law of stickiness as the record has it: w_c = U F(range/h_rms), one F for each shape of the attraction.
 
     python -m tests.studies.law        prints the tables of docs/law.md
 
-U is the elastic energy of full contact per area, F(Δ) = ½/(1 + (Δ/D)^m).  Fitted by least squares of ln w to the turns
-of ``tests/studies/record/record.csv`` with λ_L/λ_s of 16 or more, with a factor for each surface whose mean logarithm
-is zero: D and m are those of F, the factors tell surfaces apart, not laws.
+U is the elastic energy of full contact per area, F(Δ) = ½/(1 + (Δ/D)^m).  Fitted by least squares of ln w to the
+thresholds of ``tests/studies/record/record.csv`` with λ_L/λ_s of 16 or more, with a factor for each surface whose mean
+logarithm is zero: D and m are those of F, the factors tell surfaces apart, not laws.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ RANGES = (0.04, 0.08, 0.16, 0.5, 1.6)
 
 
 @dataclass(frozen=True)
-class Turns:
-    """Turns on record under one shape of the law, one value for each."""
+class Thresholds:
+    """Thresholds on record under one shape of the law, one value for each."""
 
     range: Real
     """Over h_rms."""
@@ -50,7 +50,7 @@ class Law:
     exponent: float
     """m."""
     errors: tuple[float, float]
-    """Standard errors of ln D and of m, turns taken as independent: too small."""
+    """Standard errors of ln D and of m, thresholds taken as independent: too small."""
     factors: Real
     """Of each surface."""
     scatter: float
@@ -65,10 +65,10 @@ class Law:
         return PLATEAU / (1 + (np.asarray(range) / self.crossover) ** self.exponent)
 
 
-def turns(shape: str) -> Turns:
-    """Turns under a law of a shape, "spline" or "exponential"."""
+def thresholds(shape: str) -> Thresholds:
+    """Thresholds under a law of a shape, "spline" or "exponential"."""
     text = (Path(__file__).parent / "record" / "record.csv").read_text()
-    rows = [row for row in csv.DictReader(text.splitlines()) if (row["source"], row["law"]) == ("turn", shape)]
+    rows = [row for row in csv.DictReader(text.splitlines()) if (row["source"], row["law"]) == ("threshold", shape)]
     every = {
         name: np.array([float(row[name]) for row in rows])
         for name in rows[0]
@@ -77,13 +77,13 @@ def turns(shape: str) -> Turns:
     kept = every["lambda_L"] / every["lambda_s"] >= FEWEST_WAVES
     r = {name: values[kept] for name, values in every.items()}
     energy = r["conformal_energy"]
-    return Turns(
+    return Thresholds(
         r["range"] / r["rms_height"], r["work"] / energy, energy * r["lambda_L"] / r["rms_height"] ** 2,
         r["hurst"], r["seed"].astype(np.int64),
     )  # fmt: skip
 
 
-def fit(found: Turns) -> Law:
+def fit(found: Thresholds) -> Law:
     """D, m and the factors of the surfaces."""
     seeds, of_seed = np.unique(found.seed, return_inverse=True)
 
@@ -107,9 +107,9 @@ def fit(found: Turns) -> Law:
 
 def tables() -> str:
     """The tables of docs/law.md."""
-    laws = {shape: (turns(shape), fit(turns(shape))) for shape in ("spline", "exponential")}
+    laws = {shape: (thresholds(shape), fit(thresholds(shape))) for shape in ("spline", "exponential")}
     head = [
-        "| shape | turns | D | m | scatter | exponent of U | bias at each H | factors of the surfaces |",
+        "| shape | thresholds | D | m | scatter | exponent of U | bias at each H | factors of the surfaces |",
         "|---|---|---|---|---|---|---|---|",
     ]
     rows = [

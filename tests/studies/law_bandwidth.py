@@ -2,7 +2,7 @@
 
 ``python -m tests.studies.law_bandwidth --expected`` prints what each says of these surfaces before any run;
 ``python -m tests.studies.law_bandwidth results/law-bandwidth ... --into docs/measured`` writes ``law-bandwidth.csv``,
-the turns of all these folders, and prints what became of it; without a folder it reads that file.
+the thresholds of all these folders, and prints what became of it; without a folder it reads that file.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pandas import DataFrame, concat, read_csv
 from continuum.files.toml import find
 from continuum.model.grid import Grid
 from continuum.model.surfaces import SelfAffineSurface
-from tests.studies.judgement import LEVEL, MEASURED, SURFACES, Mean, turns_of, with_ratios
+from tests.studies.judgement import LEVEL, MEASURED, SURFACES, Mean, thresholds_of, with_ratios
 from tests.studies.rivals import compared
 
 FILE = "law-bandwidth.csv"
@@ -35,7 +35,7 @@ FACTOR = 4
 
 
 def surfaces() -> DataFrame:
-    """The surfaces of the sweep under each shape and at each area, with a work of 1 where the turn is sought."""
+    """The surfaces of the sweep under each shape and at each area, with a work of 1 where the threshold is sought."""
     given = tomllib.loads(find("inputs/sweep/law-bandwidth.toml").read_text(encoding="utf-8"))
     (zipped,), rows = given["sweep"]["zipped"], []
     for n, wide, height, reach in zip(*zipped.values(), strict=True):
@@ -126,12 +126,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", nargs="*", type=Path, help=f"of the sweep, in parts; none: docs/measured/{FILE}")
     parser.add_argument("--into", type=Path, help=f"folder of {FILE}")
-    parser.add_argument("--expected", action="store_true", help="what each theory says, without any turn")
+    parser.add_argument("--expected", action="store_true", help="what each theory says, without any threshold")
     options = parser.parse_args(arguments)
     if options.expected:
         sys.stdout.write("\n".join(expected(with_theories(surfaces()))) + "\n")
         return
-    read = map(turns_of, options.folders) if options.folders else [read_csv(MEASURED / FILE)]
+    read = map(thresholds_of, options.folders) if options.folders else [read_csv(MEASURED / FILE)]
     found = concat(list(read), ignore_index=True)
     if options.into is not None:
         found.to_csv(options.into / FILE, index=False, float_format="%.6g")

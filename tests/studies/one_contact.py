@@ -19,7 +19,7 @@ import continuum as c
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.path.threshold import press_without_adhesion
-from continuum.path.turn import WallOfWork
+from continuum.path.threshold_search import WallOfWork
 from continuum.show.sheet import Sheet
 from continuum.solve.solution import NotConvergedError
 from continuum.theory.smooth import tabor_parameter
@@ -87,18 +87,18 @@ def rows(body: Body) -> Iterator[tuple[object, ...]]:
         one = state.threshold(wall_of)
         kept = load_kept(state, wall_of(one.dmt), one.dmt)
         try:
-            turn = replace(contact, wall=wall_of(one.dmt)).turn(wall_of, area=body.area).require()
+            searched = replace(contact, wall=wall_of(one.dmt)).find_threshold(wall_of, area=body.area).require()
         except NotConvergedError as error:
             sys.stderr.write(f"{body.name} {part}: {error}\n")
             continue
-        w = turn.work
+        w = searched.work
         if w > RESOLVED * reach**2:  # single points snap
             continue
         muller = tabor_parameter(body.radius, w, reach)
         numbers = (w / one.dmt, w / one.low, w / one.high, w / one.work, w / kept)
         found = (f"{muller:.2f}", f"{one.chi:.3f}", *(f"{x:.3f}" for x in numbers), f"{w / body.jkr:.2f}")
         sys.stderr.write(" ".join((body.name, *found)) + f" {time.process_time():.0f} s\n")
-        yield (body.name, f"{body.inside:g}", *found, "jumps" if turn.jumps else "")
+        yield (body.name, f"{body.inside:g}", *found, "jumps" if searched.jumps else "")
 
 
 def _law(reach: float, core: float) -> WallOfWork:
@@ -108,7 +108,7 @@ def _law(reach: float, core: float) -> WallOfWork:
 def main() -> None:
     """Print the table."""
     warnings.filterwarnings("ignore", category=UserWarning)
-    heads = ("contact", "its points", "μ_T", "χ", "turn over w_DMT", "w_low", "w_high", "the estimate",
+    heads = ("contact", "its points", "μ_T", "χ", "threshold over w_DMT", "w_low", "w_high", "the estimate",
              "w_DMT (1 + χ), load kept", "w of JKR", "")  # fmt: skip
     table = [row for body in BODIES for row in rows(body)]
     sys.stdout.write(Sheet.of("one contact from DMT to JKR", heads, table).markdown() + "\n")

@@ -1,8 +1,8 @@
-"""The second law tested: thresholds from one state without adhesion, beside turns by search of surfaces that are new.
+"""The second law tested: thresholds from one state without adhesion, beside those by search, of new surfaces.
 
-``nice python -m tests.studies.one_state`` adds to ``docs/measured/one-state.csv`` what is missing there, a row a turn,
-in the order of :func:`cases`, small complete sets first; half an hour on one core.  Rows without a work have a reason
-in ``kind``.  ``python -m tests.studies.one_state_judged`` judges them by the bounds of docs/law.md.
+``nice python -m tests.studies.one_state`` adds to ``docs/measured/one-state.csv`` what is missing there, a row a
+threshold, in the order of :func:`cases`, small complete sets first; half an hour on one core.  Rows without a work have
+a reason in ``kind``.  ``python -m tests.studies.one_state_judged`` judges them by the bounds of docs/law.md.
 
 Self-affine surfaces have an rms height of 1/8 of a pixel; textures carry a fine roughness of that height on their
 tops, with parameters drawn by their class and seed.
@@ -30,7 +30,7 @@ from continuum.model.substrates import CubicLayer, HalfSpace, Layer, LayeredHalf
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.model.walls import LennardJonesSpline, Wall, attraction_on_core
 from continuum.path.threshold import PressedState, Threshold, press_without_adhesion
-from continuum.path.turn import WallOfWork
+from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import NotConvergedError
 from continuum.theory.persson import PerssonContact
 from continuum.theory.smooth import tabor_parameter
@@ -87,7 +87,7 @@ class Row(NamedTuple):
     weak: float
     """w by Persson and Scaraggi, of the spectrum of the map; NaN where that has no isotropic part."""
     how: str
-    """How the search ended: "turn", "jump-in", "none", or "not resolved"."""
+    """How the search ended: "turn" (a threshold), "jump-in", "none", or "not resolved"."""
 
 
 def self_affine(n: int, hurst: float, lambda_s: float, lambda_L: float, seed: int) -> Real:
@@ -289,11 +289,11 @@ def weak_adhesion(grid: Grid, heights: Real, area: float, wall: Wall) -> float:
     theory = PerssonContact(q[kept], squares[kept] / (2 * np.pi * q[kept] * step))
     reach = min(wall.reach - wall.zero_gap, FAR * wall.effective_range)
     work = wall.work_of_adhesion
-    return theory.weak_adhesion_turn(area, lambda gap: -wall.evaluate(wall.zero_gap + gap).traction / work, reach)
+    return theory.weak_adhesion_threshold(area, lambda gap: -wall.evaluate(wall.zero_gap + gap).traction / work, reach)
 
 
 def found(case: Case) -> Row:
-    """The threshold of a case by one state, and its turn by search."""
+    """The threshold of a case by one state, and its threshold by search."""
     heights, delta = surface(replace(case, area=0.0, shape="", delta=0.0 if np.isnan(case.delta) else case.delta))
     delta = case.delta if np.isfinite(case.delta) else delta
     core = LennardJonesSpline(0.1).minimum_stiffness if case.shape == "paper" else CORE
@@ -317,9 +317,9 @@ def row(contact: c.Contact, state: PressedState, one: Threshold, wall_of: WallOf
     wall, made = wall_of(about), contact.moments
     work, how = np.nan, "not resolved"
     if case.shape == "paper" or about <= RESOLVED * wall.effective_range**2:
-        turn = replace(contact, wall=wall).turn(wall_of, area=case.area)
-        how = "jump-in" if turn.jumps else "turn" if turn.converged else "none"
-        work = turn.work
+        searched = replace(contact, wall=wall).find_threshold(wall_of, area=case.area)
+        how = "jump-in" if searched.jumps else "turn" if searched.converged else "none"
+        work = searched.work
     at = work if np.isfinite(work) else about
     law_there = wall_of(at)
     return Row(
@@ -338,15 +338,15 @@ def cases() -> Iterator[Case]:
 
     def affine(n: int, seeds: range, lambda_L: float, waves: tuple[float, ...], each: int) -> Iterator[Case]:
         """Some of the laws for each surface, so that each law meets each H, λ_s and area."""
-        turn = 0
+        count = 0
         for seed in seeds:
             for hurst in (0.2, 0.5, 0.8):
                 for lambda_s in waves:
                     for area in (0.01, 0.04):
                         for k in range(each):
-                            shape, delta = laws[(turn + k * 3 + seed) % len(laws)]
+                            shape, delta = laws[(count + k * 3 + seed) % len(laws)]
                             yield Case("self-affine", seed, n, hurst, lambda_s, lambda_L, area, shape, delta)
-                        turn += 1
+                        count += 1
 
     def textures(seeds: range, areas: tuple[float, ...], odd: int) -> Iterator[Case]:
         for seed in seeds:

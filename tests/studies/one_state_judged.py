@@ -18,28 +18,28 @@ from pandas import DataFrame, Series, read_csv
 
 from continuum.show import plot
 from tests.studies.judgement import COUNT, SURFACES, Mean, word
-from tests.studies.law import fit, turns
+from tests.studies.law import fit, thresholds
 from tests.studies.one_state import FILE
 
 CHI, PATCHES, MULLER = 0.2, 10, 0.5
 """The range of the statement."""
 LOW, HIGH, MOST, FEW = 0.97, 1.03, 0.9, 0.75
-"""The interval, the share of turns in it that holds the statement, and the share that refutes it."""
+"""The interval, the share of thresholds in it that holds the statement, and the share that refutes it."""
 NEAR, FAR, SCATTER, TOO_MUCH = 1.04, 1.08, 1.04, 1.08
-"""Means and scatters of turn over estimate that hold the statement, and that refute it."""
+"""Means and scatters of threshold over estimate that hold the statement, and that refute it."""
 BASE = 1.05
 """Error of the estimate beyond both of its forms that is looked at as well."""
 
 
 def read() -> DataFrame:
-    """The turns, with the class of each, its ratios, and whether the statement is about it."""
-    rows = read_csv(FILE)
+    """The thresholds, with the class of each, its ratios, and whether the statement is about it."""
+    rows = read_csv(FILE).replace({"how": {"turn": "threshold"}})  # which the file calls turn
     rows = rows.assign(
         estimate=np.sqrt(rows.low * rows.high.replace(np.inf, np.nan)),
         period=rows.n / rows.lambda_L,
         within=(rows.chi <= CHI) & (rows.patches >= PATCHES) & (rows.muller <= MULLER),
     )
-    laws = {shape: fit(turns(shape)) for shape in ("spline", "exponential")}
+    laws = {shape: fit(thresholds(shape)) for shape in ("spline", "exponential")}
     laws["paper"] = laws["spline"]  # the same shape
     law = [float(laws[s](r)) for s, r in zip(rows["shape"], rows.range / rows.height, strict=True)]
     return rows.assign(
@@ -83,7 +83,7 @@ def estimated(rows: DataFrame, groups: Sequence[DataFrame]) -> str:
 
 
 def by_one(rows: DataFrame) -> Iterator[tuple[str, DataFrame]]:
-    """Groups of self-affine surfaces, by one property at a time, of as many turns as a verdict needs."""
+    """Groups of self-affine surfaces, by one property at a time, of as many thresholds as a verdict needs."""
     names = {"delta": "range {:g} h_rms", "shape": "{}", "area": "{:.1%} of the area", "hurst": "H = {:g}",
              "lambda_s": "{:g} points to λ_s", "n": "{}²"}  # fmt: skip
     for column, name in names.items():
@@ -106,10 +106,11 @@ def line(name: str, rows: DataFrame, groups: Sequence[DataFrame]) -> str:
 
 def tables(rows: DataFrame) -> Iterator[str]:
     """Classes, groups of self-affine surfaces, what lies beyond the range, and what was not run."""
-    found = rows[rows.how == "turn"]
+    found = rows[rows.how == "threshold"]
     yield (
-        "| class | turns, surfaces | within 0.97 w_low to 1.03 w_high | turn over estimate, scatter | 95 % within "
-        f"| beyond w_low/{BASE:g} to {BASE:g} w_high | w/(U F), scatter | over Persson and Scaraggi, scatter |"
+        "| class | thresholds, surfaces | within 0.97 w_low to 1.03 w_high | threshold over estimate, scatter "
+        f"| 95 % within | beyond w_low/{BASE:g} to {BASE:g} w_high | w/(U F), scatter "
+        "| over Persson and Scaraggi, scatter |"
     )
     yield "|---|---|---|---|---|---|---|---|"
     inside = found[found.within]
@@ -117,16 +118,19 @@ def tables(rows: DataFrame) -> Iterator[str]:
         groups = [group for _, group in by_one(part)] if name == "self-affine" else []
         yield line(name, part, [part, *groups])
     yield line("all", inside, [inside])
-    yield "\n| self-affine | turns, surfaces | turn over estimate | scatter | |\n|---|---|---|---|---|"
+    yield "\n| self-affine | thresholds, surfaces | threshold over estimate | scatter | |\n|---|---|---|---|---|"
     for name, part in by_one(inside[inside.of == "self-affine"]):
         numbers = f"{len(part)}, {part.seed.nunique()} | {mean(part)} | {scatter(part.ratio):.3f}"
         yield f"| {name} | {numbers} | **{estimated(part, [part])}** |"
-    yield "\n| 16 points to λ_s | turns, surfaces | turn over estimate | over w_DMT (1 + χ), load kept |"
+    yield "\n| 16 points to λ_s | thresholds, surfaces | threshold over estimate | over w_DMT (1 + χ), load kept |"
     yield "|---|---|---|---|"
     fine = found[found.lambda_s == 16]
     for name, part in fine.groupby("shape"):
         yield f"| {name} | {len(part)}, {part.seed.nunique()} | {mean(part)} | {mean(part, 'kept')} |"
-    yield "\n| outside of the range | turns | of them with a root | turn over estimate | scatter | least, largest |"
+    heads = (
+        "outside of the range | thresholds | of them with a root | threshold over estimate | scatter | least, largest"
+    )
+    yield f"\n| {heads} |"
     yield "|---|---|---|---|---|---|"
     beyond = {f"χ above {CHI:g}": found.chi > CHI, f"fewer than {PATCHES} patches": found.patches < PATCHES,
               f"μ_T above {MULLER:g}": found.muller > MULLER, "χ below 0": found.chi < 0}  # fmt: skip
@@ -147,8 +151,8 @@ def _shown(name: str) -> str:
 
 @plot.styled
 def figure(rows: DataFrame) -> Figure:
-    """Turn over w_DMT against the size of the correction; the estimate beside U F and a theory, class by class."""
-    found = rows[(rows.how == "turn") & rows.ratio.notna()]
+    """Threshold over w_DMT against the size of the correction; the estimate beside U F and a theory, class by class."""
+    found = rows[(rows.how == "threshold") & rows.ratio.notna()]
     drawn, (left, right) = plot.new_axes(plot.PAGE, 3.6, columns=2)
     x = np.array([0.9, 1.55])
     left.fill_between(x, x * LOW, x * HIGH, color="0.9", lw=0, label="3 %")
@@ -162,14 +166,14 @@ def figure(rows: DataFrame) -> Figure:
             left.plot(shown.estimate / shown.dmt, shown.work / shown.dmt, mark, ms=3, mew=0.5, mec=f"C{i % 10}",
                       mfc=colour, label=_shown(name) if inside else None)  # fmt: skip
     left.set(xscale="log", yscale="log", xlim=x, ylim=x, xlabel=r"estimate over $w_\mathrm{DMT}$",
-             ylabel=r"work at the turn over $w_\mathrm{DMT}$")  # fmt: skip
+             ylabel=r"work at the threshold over $w_\mathrm{DMT}$")  # fmt: skip
     inside = found[found.within]
     columns = {"ratio": ("estimate", "C0o"), "law": (r"$U F$", "C1s"), "theory": ("Persson", "C2^")}
     for k, (key, (name, style)) in enumerate(columns.items()):
         places = [names.index(of) + 0.25 * (k - 1) for of in inside.of]
         right.plot(np.exp(inside[key]), places, style, ms=2, mew=0, alpha=0.6, label=name)
     right.axvline(1.0, color="k", lw=0.8)
-    right.set(xscale="log", xlabel="work at the turn over what was said", yticks=range(len(names)))
+    right.set(xscale="log", xlabel="work at the threshold over what was said", yticks=range(len(names)))
     right.set_yticklabels([_shown(name) for name in names])
     for axis, ticks in (
         (left.xaxis, (0.9, 1, 1.1, 1.2, 1.3, 1.4)),

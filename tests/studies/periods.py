@@ -1,7 +1,7 @@
-"""The law of stickiness on surfaces of few long waves: turns at periods of 8, 4, 2 and 1 λ_L, against docs/law.md.
+"""The law of stickiness on surfaces of few long waves: thresholds at periods of 8, 4, 2 and 1 λ_L, against docs/law.md.
 
-``python -m tests.studies.periods results/law-period --into docs/measured`` writes ``law-period.csv`` (all turns) and
-prints the table; without a folder it reads that file.  The turns at 8 λ_L are those of ``law.csv``.
+``python -m tests.studies.periods results/law-period --into docs/measured`` writes ``law-period.csv`` (all thresholds)
+and prints the table; without a folder it reads that file.  The thresholds at 8 λ_L are those of ``law.csv``.
 """
 
 from __future__ import annotations
@@ -14,15 +14,25 @@ from pathlib import Path
 import numpy as np
 from pandas import DataFrame, concat, read_csv
 
-from tests.studies.judgement import LEVEL, MEASURED, SCATTER, SURFACES, TOO_MUCH, Mean, scatter, turns_of, with_ratios
+from tests.studies.judgement import (
+    LEVEL,
+    MEASURED,
+    SCATTER,
+    SURFACES,
+    TOO_MUCH,
+    Mean,
+    scatter,
+    thresholds_of,
+    with_ratios,
+)
 
 FILE = "law-period.csv"
 HURST = (0.4, 0.8)
-"""Of the turns at 8 λ_L those that are alike: these H, the spline, 1 % of the area."""
+"""Of the thresholds at 8 λ_L those that are alike: these H, the spline, 1 % of the area."""
 
 
 def alike(rows: DataFrame) -> DataFrame:
-    """The turns of the record of the law that differ from these by the period alone, and by the points of a wave."""
+    """Thresholds of the record of the law that differ from these by the period alone, and by the points of a wave."""
     width = rows.lambda_L / rows.lambda_s
     chosen = (rows["shape"] == "spline") & (rows.area == 0.01) & rows.hurst.isin(HURST) & (rows.n == 1024)
     return rows[chosen & (width == 32)]
@@ -39,7 +49,7 @@ def word(rows: DataFrame, factor: float, level: Mean) -> str:
 
 def lines(found: DataFrame) -> Iterator[str]:
     """Of each period: level and scatter of w/(U F), and how far its surfaces lie apart."""
-    yield "| period | points to λ_s | turns | surfaces | w/(U F) | scatter | surfaces apart: sd of ln w/(U F) | |"
+    yield "| period | points to λ_s | thresholds | surfaces | w/(U F) | scatter | surfaces apart: sd of ln w/(U F) | |"
     yield "|---|---|---|---|---|---|---|---|"
     rows = with_ratios(found)
     rows["period"] = (rows.n / rows.lambda_L).round()
@@ -62,7 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("folder", nargs="?", type=Path, help=f"of the sweep; none: docs/measured/{FILE}")
     parser.add_argument("--into", type=Path, help=f"folder of {FILE}")
     options = parser.parse_args(arguments)
-    found = read_csv(MEASURED / FILE) if options.folder is None else turns_of(options.folder)
+    found = read_csv(MEASURED / FILE) if options.folder is None else thresholds_of(options.folder)
     if options.into is not None:
         found.to_csv(options.into / FILE, index=False, float_format="%.6g")
     judged = concat([alike(read_csv(MEASURED / "law.csv")), found], ignore_index=True)

@@ -92,7 +92,7 @@ def theory_work(row: Series, key: str) -> float:
     """Work of a theory for a surface; the contact is that at w_5."""
     if not key:
         made = PerssonContact.self_affine(row.hurst, row.slope, 1 / row.width, 1.0, PERIOD, 0.5)
-        return made.bearing_area_turn(row.range)
+        return made.bearing_area_threshold(row.range)
     return float(row.work / CRITERIA[key](contact(row)).margin)
 
 

@@ -1,7 +1,8 @@
-"""The law of stickiness at a range of 0.16 h_rms: turns at two ranges of the same surfaces, 2048², against docs/law.md.
+"""The law of stickiness at a range of 0.16 h_rms: thresholds at two ranges of the same surfaces, 2048², against
+docs/law.md.
 
-``python -m tests.studies.short_range results/law-short ... --into docs/measured`` writes ``law-short.csv``, the turns
-of all these folders, and prints the table; without a folder it reads that file.
+``python -m tests.studies.short_range results/law-short ... --into docs/measured`` writes ``law-short.csv``, the
+thresholds of all these folders, and prints the table; without a folder it reads that file.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from pandas import DataFrame, concat, read_csv
 
-from tests.studies.judgement import MEASURED, SURFACES, Mean, turns_of, with_ratios
+from tests.studies.judgement import MEASURED, SURFACES, Mean, thresholds_of, with_ratios
 
 FILE = "law-short.csv"
 SHORT, LONG = 0.16, 0.5
@@ -56,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("folders", nargs="*", type=Path, help=f"of the sweep, in parts; none: docs/measured/{FILE}")
     parser.add_argument("--into", type=Path, help=f"folder of {FILE}")
     options = parser.parse_args(arguments)
-    read = map(turns_of, options.folders) if options.folders else [read_csv(MEASURED / FILE)]
+    read = map(thresholds_of, options.folders) if options.folders else [read_csv(MEASURED / FILE)]
     found = concat(list(read), ignore_index=True)
     if options.into is not None:
         found.to_csv(options.into / FILE, index=False, float_format="%.6g")

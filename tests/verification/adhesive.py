@@ -196,11 +196,11 @@ def dugdale_sphere(tabor: float, n: int, edge: float, points: int, periods: floa
     made = _sphere(wall, tabor, n, periods)
     contacts = np.geomspace(0.02, 1.1, 60) * _size(made.radius, made.work, made.distance)
     states = [made.maugis.state(a) for a in contacts]
-    turn = int(np.argmin([s.indentation for s in states]))
-    first = max(turn + 1, int(np.searchsorted([s.load for s in states[turn:]], 0.0)) + turn)
-    last = (states[turn].indentation + made.maugis.state(made.maugis.pull_off_radius).indentation) / 2
+    reversal = int(np.argmin([s.indentation for s in states]))
+    first = max(reversal + 1, int(np.searchsorted([s.load for s in states[reversal:]], 0.0)) + reversal)
+    last = (states[reversal].indentation + made.maugis.state(made.maugis.pull_off_radius).indentation) / 2
     depths = np.linspace(states[min(first, 59)].indentation, last, points)
-    targets = [made.separation(d, made.maugis.state(_at(made.maugis, d, contacts, turn)).load) for d in depths]
+    targets = [made.separation(d, made.maugis.state(_at(made.maugis, d, contacts, reversal)).load) for d in depths]
     rows = []
     for state in follow(made.problem(), "separation", targets, TIGHT):
         state.solution.require()
@@ -208,16 +208,16 @@ def dugdale_sphere(tabor: float, n: int, edge: float, points: int, periods: floa
         bent = made.bent(load)
         exact = AxisymmetricSphere(bent.radius, wall, made.period / 2, 500)
         annuli = exact.load(exact.gap(depth, made.profile(state)))
-        a = _at(bent, depth, contacts, turn)
+        a = _at(bent, depth, contacts, reversal)
         # Half the height of the first step of the law is where a contact of Maugis' ends.
         touching = np.count_nonzero(state.gap < edge * distance / 4) * made.grid.cell_area
         rows.append((depth, load, bent.state(a).load, annuli, np.sqrt(touching / np.pi), a))
     return SphereCurve(made, *np.array(rows).T)
 
 
-def _at(sphere: MaugisDugdale, indentation: float, contacts: Real, turn: int) -> float:
+def _at(sphere: MaugisDugdale, indentation: float, contacts: Real, reversal: int) -> float:
     """Radius of contact at an indentation, on the branch that is stable at given indentation."""
-    return float(brentq(lambda a: sphere.state(a).indentation - indentation, contacts[turn], 2 * contacts[-1]))
+    return float(brentq(lambda a: sphere.state(a).indentation - indentation, contacts[reversal], 2 * contacts[-1]))
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class Exponential(Wall):
         return -self.surface_energy / (self.decay_length * self.core_stiffness)
 
     @property
-    def turning_gaps(self) -> Real:
+    def stationary_gaps(self) -> Real:
         """0, where the core ends: the largest tension is γ/ρ, the largest softening γ/ρ²."""
         return np.zeros(1)
 

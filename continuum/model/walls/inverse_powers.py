@@ -56,7 +56,7 @@ class InversePowers(Wall):
         return Law(laws.INVERSE_POWERS, parameters, np.inf)
 
     @property
-    def turning_gaps(self) -> Real:
+    def stationary_gaps(self) -> Real:
         """Tension is largest where (z/a0)^(m-n) = (m+1)/(n+1), softening at (m+2)/(n+2) times that."""
         m, n = self.powers
         strongest = (m + 1) / (n + 1)

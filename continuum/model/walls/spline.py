@@ -71,7 +71,7 @@ class LennardJonesSpline(Wall):
         return self.minimum_stiffness * self.range**2 / 12
 
     @property
-    def turning_gaps(self) -> Real:
+    def stationary_gaps(self) -> Real:
         """Tension is largest at a0 + Δr/3, (4/27) k Δr/a0², and softening at a0 + 2Δr/3, k/3 for any range above 0."""
         return 1.0 + self.range * np.array([1 / 3, 2 / 3])
 

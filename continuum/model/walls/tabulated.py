@@ -70,7 +70,7 @@ class TabulatedWall(Wall):
         return float(min(roots[np.isfinite(roots)], default=self.gap[-1]))
 
     @cached_property
-    def turning_gaps(self) -> Real:
+    def stationary_gaps(self) -> Real:
         """The knots, and where between them the traction of a piece, or its slope, is stationary.
 
         The slope ends at the last knot, with a jump: it is the one just before that counts.

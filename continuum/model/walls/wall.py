@@ -54,7 +54,7 @@ class Wall:
             """Gap below which the law is continued with constant stiffness."""
 
         @property
-        def turning_gaps(self) -> Real:
+        def stationary_gaps(self) -> Real:
             """Gaps at which tension or softening may be largest: where they are stationary, or have a kink."""
 
     @property
@@ -122,7 +122,7 @@ class Wall:
 
     def largest_tension_from(self, gap: float) -> float:
         """Largest attractive traction at this gap or any larger one, in E*; 0 where nothing attracts."""
-        gaps = np.append(self.turning_gaps[self.turning_gaps > gap], gap)
+        gaps = np.append(self.stationary_gaps[self.stationary_gaps > gap], gap)
         return max(0.0, -float(self.evaluate(gaps).traction.min()))
 
     @cached_property
@@ -131,7 +131,7 @@ class Wall:
 
         Flat surfaces snap together at wavelengths above :func:`continuum.theory.paper.snap_in_wavelength` of it.
         """
-        gaps = self.turning_gaps[self.turning_gaps >= self.zero_gap]
+        gaps = self.stationary_gaps[self.stationary_gaps >= self.zero_gap]
         return max(0.0, -float(self.evaluate(gaps).stiffness.min(initial=0.0)))
 
 

@@ -203,7 +203,7 @@ class ArrayBoundGrid(Modes):
     def clear(self) -> None:
         self.t, self.change = self.zeros(), self.zeros()
 
-    def turn(self, beta: float, weight: float) -> None:
+    def new_direction(self, beta: float, weight: float) -> None:
         self.t = self.xp.where(self.mask, self.s + (self.t - self.m * weight) * beta, self.t)
 
     def curvature(self) -> float:

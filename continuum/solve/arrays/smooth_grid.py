@@ -61,7 +61,7 @@ class _Descending(Modes):
         self.found = self.above(self.linear.x)
         return passes.low_sums(self.library, self.g, self.y, self.d_q, self.found, self.K, self.marks, self._c0, size)
 
-    def _turn(self, beta: Array, size: Array, *, coarse: bool) -> Array:
+    def _new_direction(self, beta: Array, size: Array, *, coarse: bool) -> Array:
         """The new direction, as a field."""
         found = self.found if coarse else self.g
         given = self.d_q, self.g, found, self.K, self.marks, self._c0, beta, size
@@ -100,7 +100,7 @@ class ArrayLinearGrid(_Descending):
                 moved_there = self._restrict(size)._relax(levels - 1, shift, iterations, reduction)
                 sums, conjugate, size = passes.choose(library, sums, self._low_modes(size), size, moved_there)
             line, going = passes.next_line(library, sums, line, conjugate, going, bound, first=iteration == 0)
-            pull, stiffness = passes.pull(library, self.stiffness, self._turn(line[0], size, coarse=coarse))
+            pull, stiffness = passes.pull(library, self.stiffness, self._new_direction(line[0], size, coarse=coarse))
             alpha, going = passes.length(library, line, stiffness, going)
             work, moved = self.forward(pull), moved if iteration else going
         self.x = passes.forth(library, self.x, self.d_q, alpha)
@@ -240,8 +240,8 @@ class ArraySmoothGrid(_Descending):
         sums: Real = self.library.get(self._low_modes(self.library.number(1.0)))[1]
         return sums
 
-    def turn(self, beta: float, *, coarse: bool) -> float:
-        self.d = self._turn(self.library.number(beta), self.library.number(self._size), coarse=coarse)
+    def new_direction(self, beta: float, *, coarse: bool) -> float:
+        self.d = self._new_direction(self.library.number(beta), self.library.number(self._size), coarse=coarse)
         return float(passes.curvature(self.library, self.stiffness, self.d))
 
     def line(self, alpha: float) -> tuple[float, float]:

@@ -196,13 +196,13 @@ class CompiledBoundGrid(ContactPasses):
         self.t[...] = self.change[...] = 0.0
         self._touch_all()
 
-    def turn(self, beta: float, weight: float) -> None:
-        self._loaded(self.change, self._turned(beta, weight))
+    def new_direction(self, beta: float, weight: float) -> None:
+        self._loaded(self.change, self._new_direction(beta, weight))
 
-    def _turned(self, beta: float, weight: float) -> Sweep:
+    def _new_direction(self, beta: float, weight: float) -> Sweep:
         """The new direction, copied into the rows of the change that have contact."""
         given = self.mask, self.t, self.s, self.m, beta, weight, self.change, self.n, self.touched
-        return lambda a, b, sums: pressing.turn_on_contact(a, b, sums, *given)
+        return lambda a, b, sums: pressing.direction_on_contact(a, b, sums, *given)
 
     def curvature(self) -> float:
         return self._comply()
@@ -319,8 +319,8 @@ class TileGrid(CompiledBoundGrid):
     def _stiffen(self, out: Real, z: Real | None = None, shift: float = 0.0) -> float:
         return self.model.stiffen(self.mask, out, self.softest, z, shift)
 
-    def turn(self, beta: float, weight: float) -> None:
-        self.sweep(self._turned(beta, weight))
+    def new_direction(self, beta: float, weight: float) -> None:
+        self.sweep(self._new_direction(beta, weight))
 
     def curvature(self) -> float:
         t, answer = self.t, self.model.comply_with(self.t, self.model.answer)

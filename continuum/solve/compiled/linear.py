@@ -11,7 +11,7 @@ from continuum.model.grid import Grid
 from continuum.solve.coarse import coarse_step
 from continuum.solve.compiled.compiling import Field, Single
 from continuum.solve.compiled.passes import Passes
-from continuum.solve.compiled.points import linear_turn
+from continuum.solve.compiled.points import linear_direction
 from continuum.solve.compiled.sweeps import (
     finish_low_modes,
     linear_gradient,
@@ -119,7 +119,7 @@ class CompiledLinearGrid(SteppedPasses):
             if coarse:
                 sums, conjugate = coarse_step(self, levels, shift, sums)
             line = conjugate_line(sums, line, 0.0, conjugate)
-            curvature = line.curvature + self._turn(line.beta, coarse=coarse)
+            curvature = line.curvature + self._new_direction(line.beta, coarse=coarse)
             if not curvature > 0:
                 # The wall is softer than the substrate along this direction: there is no minimum to go to.
                 return iteration > 0
@@ -137,13 +137,13 @@ class CompiledLinearGrid(SteppedPasses):
 
         return self.spectral(sweep, forward=not first, inverse=True, keep_low=coarse)
 
-    def _turn(self, beta: float, *, coarse: bool) -> float:
+    def _new_direction(self, beta: float, *, coarse: bool) -> float:
         """Set d <- beta d - s; returns <stiffness d d>."""
         if coarse:
             self.low_direction(beta)
 
         def sweep(a: int, b: int, sums: Real, s: Real) -> None:
-            linear_turn(a, b, sums, s, self.direction, self.n, beta, self.stiffness)
+            linear_direction(a, b, sums, s, self.direction, self.n, beta, self.stiffness)
 
         return float(self.through(sweep)[0]) / self.size
 

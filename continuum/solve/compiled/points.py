@@ -23,7 +23,9 @@ def sampled(first: int, last: int, sums: Real, fine: Field, of: int, out: Field,
 
 
 @compiled
-def linear_turn(first: int, last: int, sums: Real, s: Field, d: Field, n: int, beta: float, stiffness: Single) -> None:
+def linear_direction(
+    first: int, last: int, sums: Real, s: Field, d: Field, n: int, beta: float, stiffness: Single
+) -> None:
     """New direction, d <- beta d - s, and the traction of the wall along it, stiffness d, in place of s.
 
     sums: of stiffness d².

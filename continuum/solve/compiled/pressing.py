@@ -152,7 +152,7 @@ def correct(
 
 
 @compiled
-def turn_on_contact(
+def direction_on_contact(
     start: int,
     stop: int,
     sums: Real,

@@ -228,12 +228,12 @@ class CompiledSmoothGrid(SteppedPasses):
 
         return sweep
 
-    def turn(self, beta: float, *, coarse: bool) -> float:
+    def new_direction(self, beta: float, *, coarse: bool) -> float:
         if coarse:
             self.low_direction(beta)
         direction, stiffness = self.direction, self.stiffness
         sums = self.out_of(
-            lambda a, b, sums, s: tractions.turn_near(a, b, sums, s, direction, self.n, beta, stiffness, self.near)
+            lambda a, b, sums, s: tractions.direction_near(a, b, sums, s, direction, self.n, beta, stiffness, self.near)
         )
         return float(sums[0]) / self.size
 

@@ -17,7 +17,7 @@ from continuum.solve.compiled.compiling import TILE, Mask, Single, compiled, inl
 
 
 @compiled
-def turn_near(
+def direction_near(
     first: int, last: int, sums: Real, s: Real, d: Real, n: int, beta: float, stiffness: Single, near: Mask
 ) -> None:
     """New direction, d <- beta d - s.  sums, over the marked tiles: of stiffness d²."""

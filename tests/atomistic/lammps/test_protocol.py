@@ -160,7 +160,7 @@ def test_a_staircase_that_is_made_longer_goes_on(tmp_path):
     # A shorter one would leave results that it does not know of.
     with pytest.raises(OutputError, match="2 finished steps"):
         write_deck(directory, short)
-    # One that turns elsewhere keeps what comes before.
+    # One that reverses elsewhere keeps what comes before.
     with pytest.raises(OutputError, match="3 finished steps"):
         write_deck(directory, turned)
     write_deck(directory, turned, force=True)

@@ -55,8 +55,8 @@ def of_long_waves(constants: ForceConstants) -> tuple[float, float, float]:
         # Each pair of layers counts from both sides.
         twice = 1 if down == 0 else 2
         brackets -= twice * np.sqrt(2) / 2 * np.einsum("ijab,ijc,ijd->abcd", constants.bulk[down], r, r)
-    turn = np.array([[1, 1, 0], [-1, 1, 0], [0, 0, np.sqrt(2)]]) / np.sqrt(2)
-    b = np.einsum("ai,bj,ck,dl,abcd->ijkl", turn, turn, turn, turn, brackets)
+    rotation = np.array([[1, 1, 0], [-1, 1, 0], [0, 0, np.sqrt(2)]]) / np.sqrt(2)
+    b = np.einsum("ai,bj,ck,dl,abcd->ijkl", rotation, rotation, rotation, rotation, brackets)
     return float(b[0, 0, 0, 0]), float(2 * b[0, 1, 0, 1] - b[0, 0, 1, 1]), float(b[0, 0, 1, 1])
 
 

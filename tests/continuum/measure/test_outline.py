@@ -55,9 +55,9 @@ def test_discs_converge_to_their_perimeter_and_chord() -> None:
         assert max(error) < 0.5 / radius
 
 
-@pytest.mark.parametrize("turns", [(0, 1), (1, 0), (1, 1), (1, 2), (1, 3), (2, 3)])
-def test_a_stripe_has_the_cells_of_a_line_at_its_angle(turns: tuple[int, int]) -> None:
-    n, (a, b) = 240, turns
+@pytest.mark.parametrize("steps", [(0, 1), (1, 0), (1, 1), (1, 2), (1, 3), (2, 3)])
+def test_a_stripe_has_the_cells_of_a_line_at_its_angle(steps: tuple[int, int]) -> None:
+    n, (a, b) = 240, steps
     grid = Grid.square(n)
     x, y = grid.positions
     # A band along (b, -a) that closes on itself; its two sides have the length n hypot(a, b) each.

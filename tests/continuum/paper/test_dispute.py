@@ -1,4 +1,4 @@
-"""Turns of stickiness from a sweep: where contacts are made to turn as one theory says, that theory is found right."""
+"""Thresholds from a sweep: where contacts become sticky as one theory says, that theory is found right."""
 
 from __future__ import annotations
 
@@ -90,11 +90,11 @@ def sweep(theory: Theory, *, back: bool) -> PointTable:
 @pytest.mark.parametrize("theory", THEORIES, ids=lambda theory: theory.name)
 def test_the_theory_that_contacts_follow_is_found(theory: Theory, back: bool) -> None:
     table = sweep(theory, back=back)
-    turns = crossovers(table)
-    assert len(turns) == len(CUTS) * len(SEEDS)
+    thresholds = crossovers(table)
+    assert len(thresholds) == len(CUTS) * len(SEEDS)
     # The ratio is a power of w: linear in logarithms, so that nothing is lost between two works.
-    assert theory.margins(turns).to_numpy() == pytest.approx(1, rel=1e-9)
-    exponents, works = dispute_sheets(turns)
+    assert theory.margins(thresholds).to_numpy() == pytest.approx(1, rel=1e-9)
+    exponents, works = dispute_sheets(thresholds)
     column = [c.name for c in works.columns].index(theory.name)
     assert all(row[column] == "1 (x1.00)" for row in works.rows)
     names = [c.name for c in exponents.columns]
@@ -103,7 +103,7 @@ def test_the_theory_that_contacts_follow_is_found(theory: Theory, back: bool) ->
         assert str(row[measured]).strip("*").split()[0] == str(row[said]).split()[0]
 
 
-def test_a_turn_outside_of_the_works_is_not_guessed() -> None:
+def test_a_threshold_outside_of_the_works_is_not_guessed() -> None:
     theory = THEORIES[0]
     table = sweep(theory, back=False)
     column = list(COLUMNS).index("load_att")
@@ -143,7 +143,7 @@ def test_page_and_figures_are_written(tmp_path) -> None:
         [("load", load), ("pulled", sweep(THEORIES[1], back=True)), ("short", load)], tmp_path / "dispute.md"
     )
     text = (tmp_path / "dispute.md").read_text()
-    assert "Hysteresis at the turn" in text
+    assert "Hysteresis at the threshold" in text
     assert text.index("![") < text.index("## Tables") < text.index("\n|")
     assert "d_rep over 4h'/h''" in text
     names = {"dispute.md", "dispute-load.png", "dispute-pull-off.csv", "dispute-load-short.png"}
@@ -158,12 +158,12 @@ def test_exponents_are_told_again_without_the_waves_of_which_few_touch() -> None
     """Where 1 % of the map is less than 10 λ_s², single summits decide: λ_s = 16 is the longest on 506² points."""
     table = sweep(THEORIES[0], back=False)
     small = crossovers(table)
-    turns = small.assign(squares=small.squares * (506 / N) ** 2)
-    long = turns.assign(lambda_s=32.0, squares=turns.squares * (turns.lambda_s / 32) ** 2)
-    assert min(turns.squares) == pytest.approx(10, rel=1e-3)
-    assert many_contacts(turns) == []
-    (again,) = many_contacts(concat([turns, long]))
-    assert again.rows == dispute_sheets(turns)[0].rows
+    thresholds = small.assign(squares=small.squares * (506 / N) ** 2)
+    long = thresholds.assign(lambda_s=32.0, squares=thresholds.squares * (thresholds.lambda_s / 32) ** 2)
+    assert min(thresholds.squares) == pytest.approx(10, rel=1e-3)
+    assert many_contacts(thresholds) == []
+    (again,) = many_contacts(concat([thresholds, long]))
+    assert again.rows == dispute_sheets(thresholds)[0].rows
 
 
 def test_a_surface_is_in_the_record_once_for_each_law_and_range() -> None:

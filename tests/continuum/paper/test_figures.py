@@ -260,25 +260,25 @@ def test_a_figure_is_drawn_from_the_table_beside_it_alone(name: str, tmp_path: P
 
 
 def searched(slopes: tuple[float, ...], kappa_rep: float) -> PointTable:
-    """Contacts whose slope was searched for the turn."""
+    """Contacts whose slope was searched for the threshold."""
     made = table(kappa_rep, slopes=slopes)
     search = Bisection("surface.rms_slope", "load", 0.01, 0.0, slopes[0], slopes[-1], 0.05, "log")
     return replace(made, listing=replace(made.listing, bisection=search))
 
 
-def test_the_border_of_figure_4_is_where_a_search_found_the_turn() -> None:
+def test_the_border_of_figure_4_is_where_a_search_found_the_threshold() -> None:
     kappa_rep = 2.5
     points = sweep_points(searched((0.05, 0.1, 0.18, 0.185, 0.19, 0.195, 0.2, 0.3), kappa_rep))
     points = points.query("reference and length == 0.05 and lambda_s == 16")
     assert points.search.nunique() == 1
     found = relations.kappas(points)
-    (turn,) = found[found["turn"]].to_dict("records")
+    (threshold,) = found[found["threshold"]].to_dict("records")
     for name in ("1/kappa_att theory", "1/kappa_att", "1/kappa_rep"):  # they follow the paper: all are the same there
-        assert turn[name] == pytest.approx(1 / kappa_rep, rel=1e-3)
-    assert 0.19 < turn["h'rms"] < 0.195
-    figure = plot.styled(relations.draw_kappas)(found)
+        assert threshold[name] == pytest.approx(1 / kappa_rep, rel=1e-3)
+    assert 0.19 < threshold["h'rms"] < 0.195
+    figure = plot.styled(relations.draw_kappas)(found.rename(columns={"threshold": "turn"}))  # as tables of before
     lines = {line.get_label(): line.get_xdata() for line in figure.axes[0].lines}
-    assert lines["turn, by bisection of 1 surfaces"][0] == turn["1/kappa_att theory"]
+    assert lines["threshold, by bisection of 1 surfaces"][0] == threshold["1/kappa_att theory"]
     assert lines[r"the same, $\kappa_\mathrm{rep}$ as measured"][0] == pytest.approx(1 / kappa_rep)
     assert faults_in_print(figure) == []
 
@@ -292,12 +292,12 @@ def test_what_figure_4_does_not_show_is_not_in_its_legend() -> None:
             assert any(entry in text for text in said) == there
 
 
-def test_a_search_of_another_column_is_no_search_for_the_turn() -> None:
+def test_a_search_of_another_column_is_no_search_for_the_threshold() -> None:
     made = searched((0.1, 0.15, 0.3), 2.0)
     assert made.listing.bisection is not None
     other = replace(made.listing, bisection=replace(made.listing.bisection, column="kappa_rep"))
     assert (sweep_points(replace(made, listing=other)).search == -1).all()
-    assert not relations.kappas(sweep_points(table()).query("reference and area_att > 0"))["turn"].any()
+    assert not relations.kappas(sweep_points(table()).query("reference and area_att > 0"))["threshold"].any()
 
 
 def test_figure_2_marks_the_largest_tension_on_the_way_back_where_there_are_asperities_enough() -> None:

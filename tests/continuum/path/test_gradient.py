@@ -44,7 +44,7 @@ from continuum.path.derivative import Tangent
 from continuum.path.gradient import Given, Number, gradient, least_load, threshold_gradient
 from continuum.path.loading import solve
 from continuum.path.state import Control, PathState, height, nearness
-from continuum.path.turn import WallOfWork
+from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import NotConvergedError, Settings
 from continuum.solve.tangent import tangent_stiffness
 from tests.problems import Rough
@@ -204,7 +204,7 @@ def test_the_separation_is_held_where_it_is_given_and_else_the_mean_gap(control:
 
 
 @pytest.mark.parametrize(("law", "substrate"), EACH_ONCE)
-def test_the_work_of_the_turn_keeps_load_and_area(law: str, substrate: str) -> None:
+def test_the_work_of_the_threshold_keeps_load_and_area(law: str, substrate: str) -> None:
     here = place(law, substrate)
     work = (threshold_gradient(here.problem, here.state, here.wall_of) * here.along).sum()
     area = here.tangent.area
@@ -257,7 +257,7 @@ def test_under_a_hard_wall_the_contact_follows(substrate: str, grid: Grid, hardn
     load = here.tangent.load
     seen = difference(lambda step: here.solved(step, step)[1].load)
     assert seen == pytest.approx((load.heights * here.along).sum() + load.nearness, rel=TOLERANCE)
-    for number in ("area", "turn", "pull_off"):
+    for number in ("area", "threshold", "pull_off"):
         with pytest.raises(ArgumentError, match="wall"):
             gradient(here.problem, here.state, TIGHT, number, wall_of=lambda work: HardWall())
 
@@ -303,10 +303,10 @@ def test_what_has_no_derivative_is_refused_in_words() -> None:
         with pytest.raises(ArgumentError, match=r"number = .*pull_off"):
             ask(wrong)  # type: ignore[arg-type]
     with pytest.raises(ArgumentError, match="wall = None"):
-        ask("turn")
+        ask("threshold")
     with pytest.raises(ArgumentError, match=r"wall = .*the law of the state"):
-        ask("turn", wall_of=lambda work: LennardJonesSpline(adhesion_length=2 * work))
-    for number in ("turn", "pull_off"):
+        ask("threshold", wall_of=lambda work: LennardJonesSpline(adhesion_length=2 * work))
+    for number in ("threshold", "pull_off"):
         with pytest.raises(ArgumentError, match=r"at = .*None: at"):
             ask(number, at="area", wall_of=here.wall_of)
     free = place("the paper's", "half-space, free")
@@ -324,21 +324,25 @@ def test_what_has_no_derivative_is_refused_in_words() -> None:
         gradient(here.problem, failed, TIGHT, "load")
 
 
-def test_a_turn_has_the_gradient_that_a_search_on_a_rougher_surface_confirms() -> None:
+def test_a_threshold_has_the_gradient_that_a_search_on_a_rougher_surface_confirms() -> None:
     rough = Rough(32, lambda_s=8.0, lambda_L=16.0)
 
     def wall(work: float) -> Wall:
         return attraction_on_core("spline", work, 0.4, 5.0)
 
-    def turn(share: float) -> c.Turn:
-        return c.Contact(share * rough.heights(), wall(0.01), area_tolerance=1e-3).turn(wall, area=0.1, width=0.004)
+    def found(share: float) -> c.FoundThreshold:
+        return c.Contact(share * rough.heights(), wall(0.01), area_tolerance=1e-3).find_threshold(
+            wall, area=0.1, width=0.004
+        )
 
-    as_it_is = turn(1.0)
+    as_it_is = found(1.0)
     more = (as_it_is.gradient() * 0.05 * rough.heights()).sum()
     # The area is a count of 102 points: half of one, by 1/0.5 as ln A changes with ln w, is a tenth of this change.
-    assert turn(1.05).work - as_it_is.work == pytest.approx(more, rel=0.15)
+    assert found(1.05).work - as_it_is.work == pytest.approx(more, rel=0.15)
     assert more > 0.05 * as_it_is.work
     assert as_it_is.bracket is not None
+    by_its_old_name = as_it_is.state.gradient("turn", wall=wall)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(by_its_old_name, as_it_is.gradient())
     snapped = as_it_is.bracket._replace(kind="jump-in")
     state = replace(as_it_is.state, found=replace(as_it_is.state.found, events=(snapped,)))
     with pytest.raises(NotConvergedError, match="jumps over zero"):

@@ -24,7 +24,7 @@ from continuum.path import threshold
 from continuum.path.derivative import Tangent
 from continuum.path.loading import solve
 from continuum.path.threshold import PressedState, _Core, core_stiffness, press_without_adhesion
-from continuum.path.turn import WallOfWork
+from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import NotConvergedError, Settings
 from tests.problems import Rough
 
@@ -197,13 +197,13 @@ def test_a_law_whose_range_goes_with_its_work_has_the_range_of_the_threshold() -
 
 
 @pytest.mark.parametrize(("law", "substrate"), [("spline", "layered"), ("the paper's", "half-space")])
-def test_the_turn_by_search_lies_there(law: str, substrate: str) -> None:
+def test_the_threshold_by_search_lies_there(law: str, substrate: str) -> None:
     heights, (core, wall_of) = rough(), LAWS[law]
     found = pressed(heights, GRID, 0.05, core, SUBSTRATES[substrate]).threshold(wall_of)
     contact = c.Contact(heights, wall_of(found.dmt), SUBSTRATES[substrate], GRID.lengths, tolerance=1e-4)
-    turn = contact.turn(wall_of, area=0.05).require()
+    searched = contact.find_threshold(wall_of, area=0.05).require()
     # The bound of docs/law.md for a mean, as one small surface of some ten patches is far less than a class.
-    assert found.low / 1.08 <= turn.work <= found.high * 1.08
+    assert found.low / 1.08 <= searched.work <= found.high * 1.08
 
 
 def test_beyond_a_quarter_there_is_no_root_and_no_estimate() -> None:

@@ -21,9 +21,9 @@ from continuum.show.runs import analysis_sheets
 from continuum.theory import paper
 
 
-def curve(gap: list[float] | np.ndarray, load: list[float] | np.ndarray, turn: int) -> Curve:
+def curve(gap: list[float] | np.ndarray, load: list[float] | np.ndarray, reversal: int) -> Curve:
     gap, load = np.array(gap, dtype=float), np.array(load, dtype=float)
-    return Curve(gap, gap - 1.0, load, np.arange(gap.size) > turn)
+    return Curve(gap, gap - 1.0, load, np.arange(gap.size) > reversal)
 
 
 # --- curves ------------------------------------------------------------------------------------------------
@@ -70,8 +70,8 @@ def test_a_path_without_return_and_one_that_ends_early() -> None:
 def test_curves_scale_with_their_units(loads: list[float], length: float, pressure: float) -> None:
     gap = np.concatenate([np.arange(len(loads), 0, -1), np.arange(2, len(loads) + 1)]).astype(float)
     load = np.concatenate([loads, loads[-2::-1]]) + np.linspace(0, 1, gap.size)
-    turn = len(loads) - 1
-    plain, scaled = curve(gap, load, turn), curve(gap * length, load * pressure, turn)
+    reversal = len(loads) - 1
+    plain, scaled = curve(gap, load, reversal), curve(gap * length, load * pressure, reversal)
     # Loads and gaps of order one: differences that cancel are rounding.
     unit = pressure / length
     np.testing.assert_allclose(normal_stiffness(scaled) / unit, normal_stiffness(plain), rtol=1e-9, atol=1e-12)

@@ -85,15 +85,15 @@ def other_values(value: float) -> tuple[float, ...]:
 @pytest.mark.parametrize("given", [
     {"wall": {"law": "hard"}},
     {"solver.stability": True},
-    {"loading": {**LOADING, "targets": [0.05], "turn": 0.02}},
+    {"loading": {**LOADING, "targets": [0.05], "threshold": 0.02}},
     {"substrate": {"response": "layer", "poisson": 0.3, "depth": 9.0, "mean": 0.05},
      "loading": {"control": "separation", "targets": [1.2]}},
     {"loading": {"control": "mean-pressure", "targets": [0.002]}},
-], ids=["hard", "law", "turn", "layer", "pressure"])  # fmt: skip
+], ids=["hard", "law", "threshold", "layer", "pressure"])  # fmt: skip
 def test_whatever_number_of_a_point_is_changed_is_told_or_listed_as_not_looked_at(
     given: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of every dataset that the file has; near the turn the load is small, and one per cent of it is told, too."""
+    """Of every dataset that the file has; near the threshold the load is small, and one per cent of it is told, too."""
     path = stored(tmp_path, **{"loading": {**LOADING, "targets": [0.05]}, **given})
     seen, checks_of = list[tuple[Any, ...]](), certify._checks
     with monkeypatch.context() as patch:

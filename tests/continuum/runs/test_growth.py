@@ -24,7 +24,7 @@ ONE_WAY = SMALL.replace("retract = true\n", "").replace("fields = true", "fields
 LONGER = ONE_WAY.replace("1.2]", "1.2, 1.1, 1.0]")
 BACK = ONE_WAY + '[loading.retraction]\ncontrol = "separation"\ntargets = [1.0, 2.0]\n'
 AREAS = ONE_WAY.replace('"mean-gap"', '"repulsive-area"').replace("[1.6, 1.4,\n           1.2]", "[0.01, 0.02, 0.04]")
-TURNS = AREAS.replace("[output]", "turn = 0.1\n[output]").replace("0.01, 0.02, 0.04", "0.04")
+THRESHOLDS = AREAS.replace("[output]", "threshold = 0.1\n[output]").replace("0.01, 0.02, 0.04", "0.04")
 
 
 def config(folder: Path, text: str) -> RunConfig:
@@ -43,9 +43,9 @@ def seconds(path: Path) -> np.ndarray:
         (ONE_WAY, LONGER),
         (ONE_WAY, BACK),
         (AREAS, AREAS.replace("0.04]", "0.04, 0.08]")),
-        (TURNS, TURNS.replace("0.04", "0.04, 0.08")),
+        (THRESHOLDS, THRESHOLDS.replace("0.04", "0.04, 0.08")),
     ],
-    ids=["targets", "way back", "areas", "turns"],
+    ids=["targets", "way back", "areas", "thresholds"],
 )
 def test_a_longer_path_goes_on_as_if_it_had_been_one(short: str, long: str, tmp_path: Path) -> None:
     path, said = tmp_path / "grown.h5", list[str]()

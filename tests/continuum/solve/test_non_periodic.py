@@ -194,12 +194,12 @@ def test_states_are_minima_and_certified() -> None:
 # --- what there is not ---------------------------------------------------------------------------------------
 
 
-def test_no_mean_gap_and_no_turn() -> None:
+def test_no_mean_gap_and_no_threshold() -> None:
     contact = c.Contact(sphere(16, 40.0), c.LennardJonesSpline(adhesion_length=0.01), OPEN)
     with pytest.raises(ArgumentError, match=r"mean-gap = 2.0: .*another control"):
         contact.press(mean_gap=2.0)
     with pytest.raises(ArgumentError, match=r"substrate = .*a periodic one"):
-        contact.turn(lambda work: c.attraction_on_core("spline", work, 0.4, 5.0))
+        contact.find_threshold(lambda work: c.attraction_on_core("spline", work, 0.4, 5.0))
 
 
 def test_a_run_of_the_input(tmp_path: Path) -> None:

@@ -66,11 +66,11 @@ def test_a_surface_of_known_moments_has_the_verdict_worked_out_by_hand(adhesion_
     assert (found.load < 0) is sticky
 
 
-def test_at_the_turning_values_the_verdict_turns() -> None:
+def test_at_the_threshold_of_each_theory_its_verdict_changes() -> None:
     topography = surface()
     found = prediction_of([topography], Interface(1.0, 0.003, 0.35, 1.0))
     for i, estimate in enumerate(found.verdicts):
-        work = estimate.turning_work(found.contact)
+        work = estimate.threshold_work(found.contact)
         assert estimate.margin is not None
         assert work is not None
         modulus = found.contact.contact_modulus * estimate.margin

@@ -79,25 +79,25 @@ def test_a_rim_pulls_with_its_share_of_the_area() -> None:
 def test_the_solver_gains_less_than_the_rim_where_the_surface_is_not_sticky(share: float) -> None:
     """Energy per area of the states of less than 1 % in contact, each from the one before, beside that of the bound.
 
-    On 18 Gaussian surfaces at ranges of 0.2 to 2 h_rms and 0.2, 0.5 and 0.9 of the turn the bound was 1.8 to 50 times
-    what the solver gained.
+    On 18 Gaussian surfaces at ranges of 0.2 to 2 h_rms and 0.2, 0.5 and 0.9 of the threshold the bound was 1.8 to 50
+    times what the solver gained.
     """
     topography = surface(64, seed=2, lambda_s=16.0)
     pressed = press_map(topography, Interface(1.0, 1.0, 0.1, None))
     found = pressed.threshold()
-    turn = search_threshold(pressed, found)
+    searched = search_threshold(pressed, found)
     grid, heights = wall_of_map(topography, 1.0)
-    wall = attraction_on_core("spline", share * turn.work, turn.range, CORE_STIFFNESS)
+    wall = attraction_on_core("spline", share * searched.work, searched.range, CORE_STIFFNESS)
     problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
     top = wall.zero_gap - heights.min()
-    separations = np.linspace(top + turn.range, top - 2 * heights.std(), 20)
+    separations = np.linspace(top + searched.range, top - 2 * heights.std(), 20)
     states = follow(problem, "separation", list(separations), Settings(1e-7), search=Search(0.01))
     energies = [
         problem.elastic_energy(state.gap) + grid.mean(wall.energy(state.gap))
         for state in takewhile(lambda state: state.totals.area_rep < 0.01, states)
     ]
     assert len(energies) > 5
-    for touched in (turn.area_rep + turn.area_att, found.area_rep + found.area_att):
+    for touched in (searched.area_rep + searched.area_att, found.area_rep + found.area_att):
         assert 0 < -min(energies) < wall.work_of_adhesion * touched
 
 

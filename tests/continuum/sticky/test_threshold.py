@@ -20,7 +20,7 @@ from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.search import WIDTH, find_threshold, search_threshold
 from continuum.sticky.threshold import BEYOND, Basis, PressedMap, bounds, press_map
 from continuum.sticky.verdict import WIDE, unmeasured_shift
-from continuum.theory.rough import turning_share
+from continuum.theory.rough import threshold_share
 from continuum.topography.map import Topography, mirror
 from tests.continuum.sticky.test_predict import surface
 
@@ -145,7 +145,9 @@ def test_a_range_below_the_pixels_leaves_an_interval() -> None:
     found = search_threshold(pressed := press_map(topography, contact), pressed.threshold())
     height = topography.heights.std()
     assert found.range > 0.01
-    assert found.high / found.work == pytest.approx(turning_share(0.01 / height) / turning_share(found.range / height))
+    assert found.high / found.work == pytest.approx(
+        threshold_share(0.01 / height) / threshold_share(found.range / height)
+    )
     assert found.sticky(0.5 * (found.work + found.high)) is None
     assert found.sticky(0.99 * found.low) is False
     assert found.sticky(1.01 * found.high) is True
@@ -159,7 +161,7 @@ def test_where_no_search_ends_there_are_bounds_and_their_reason(
     def refuse(*_: Any, **__: Any) -> None:
         raise error
 
-    monkeypatch.setattr("continuum.sticky.search.find_turn", refuse)
+    monkeypatch.setattr("continuum.sticky.search.bracket_threshold", refuse)
     small = surface(64)
     topography = Topography(1e-9 * small.heights, (64e-9, 64e-9), True)
     work = press_map(topography, Interface(1e9, 1.0, RANGE * 1e-9, None)).threshold().work

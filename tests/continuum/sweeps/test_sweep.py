@@ -326,7 +326,7 @@ def test_values_may_be_given_elsewhere(tmp_path: Path) -> None:
     assert config.surface.hurst == 0.5
 
 
-@pytest.mark.parametrize("command", ["run", "turn"])
+@pytest.mark.parametrize("command", ["run", "threshold"])
 def test_the_input_of_a_sweep_is_told_from_that_of_a_run(
     tmp_path: Path, command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

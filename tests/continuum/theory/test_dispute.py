@@ -22,8 +22,8 @@ def ideal(hurst: float, lambda_s: float, range: float = 1e-3) -> RoughContact:
 
 def fitted(criterion: Criterion, hurst: float) -> float:
     """Exponent between two cut-offs four decades below λ_L."""
-    turns = [1 / (criterion(ideal(hurst, cut)).margin or np.nan) for cut in (1e-5, 1e-4)]
-    return float(np.log(turns[1] / turns[0]) / np.log(10))
+    thresholds = [1 / (criterion(ideal(hurst, cut)).margin or np.nan) for cut in (1e-5, 1e-4)]
+    return float(np.log(thresholds[1] / thresholds[0]) / np.log(10))
 
 
 @pytest.mark.parametrize("hurst", [0.3, 0.6, 0.8])

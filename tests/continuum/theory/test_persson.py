@@ -1,4 +1,4 @@
-"""Persson's contact by quadrature: exact limits, invariances, and the solver's own gaps and turns."""
+"""Persson's contact by quadrature: exact limits, invariances, and the solver's own gaps and thresholds."""
 
 from __future__ import annotations
 
@@ -66,19 +66,23 @@ def test_gaps_have_the_area_that_is_left_and_the_mean_gap(hurst: float, area: fl
 
 @settings(max_examples=5)
 @given(st.floats(0.2, 0.95), st.floats(0.1, 10), st.floats(0.2, 2))
-def test_stretched_heights_and_range_turn_at_the_square_of_the_work(hurst: float, factor: float, reach: float) -> None:
+def test_stretched_heights_and_range_change_the_work_by_the_square(hurst: float, factor: float, reach: float) -> None:
     one, other = surface(hurst), surface(hurst, 0.1 * factor)
 
-    def turn(contact: PerssonContact, end: float) -> float:
-        return contact.weak_adhesion_turn(0.01, lambda gap: (gap < end) / end, end)
+    def threshold(contact: PerssonContact, end: float) -> float:
+        return contact.weak_adhesion_threshold(0.01, lambda gap: (gap < end) / end, end)
 
-    assert turn(other, reach * factor) == pytest.approx(factor**2 * turn(one, reach), rel=1e-9)
-    assert other.bearing_area_turn(reach * factor) == pytest.approx(factor**2 * one.bearing_area_turn(reach), rel=1e-4)
+    assert threshold(other, reach * factor) == pytest.approx(factor**2 * threshold(one, reach), rel=1e-9)
+    assert other.bearing_area_threshold(reach * factor) == pytest.approx(
+        factor**2 * one.bearing_area_threshold(reach), rel=1e-4
+    )
 
 
 @pytest.mark.parametrize("area", [0.003, 0.01, 0.1])
 @pytest.mark.parametrize("reach", [0.05, 1.0])
-def test_weak_adhesion_turns_where_the_attraction_of_all_gaps_is_the_pressure(area: float, reach: float) -> None:
+def test_weak_adhesion_has_its_threshold_where_the_attraction_of_all_gaps_is_the_pressure(
+    area: float, reach: float
+) -> None:
     one = surface(0.8)
     pressure = one.pressure(area)
     density = one.gaps(pressure)
@@ -92,19 +96,19 @@ def test_weak_adhesion_turns_where_the_attraction_of_all_gaps_is_the_pressure(ar
     gap, width = reach * s**2, 2 * reach * s / 4000
     seen = density(gap) * width
     for tension in laws:
-        assert one.weak_adhesion_turn(area, tension, reach) == pytest.approx(
+        assert one.weak_adhesion_threshold(area, tension, reach) == pytest.approx(
             pressure / np.sum(seen * tension(gap)), rel=1e-5
         )
 
 
 @pytest.mark.parametrize("reach", [0.2, 1.0, 5.0])
-def test_the_bearing_area_turns_at_the_least_work_that_balances_any_pressure(reach: float) -> None:
+def test_the_bearing_area_has_its_threshold_at_the_least_work_that_balances_any_pressure(reach: float) -> None:
     one = surface(0.8)
     pressures = np.geomspace(1e-9, 0.5, 4001) * one.pressure(0.5)
     gaps = np.array([one.separation(p) for p in pressures])
     # A constant tension w/ε on all that the undeformed surface brings nearer than ε.
     nearer = norm.sf((gaps - reach) / one.rms_height) - norm.sf(gaps / one.rms_height)
-    assert one.bearing_area_turn(reach) == pytest.approx((pressures * reach / nearer).min(), rel=1e-3)
+    assert one.bearing_area_threshold(reach) == pytest.approx((pressures * reach / nearer).min(), rel=1e-3)
 
 
 def test_the_bearing_area_of_all_spectra_is_near_the_closed_one_where_long_waves_count() -> None:
@@ -113,7 +117,7 @@ def test_the_bearing_area_of_all_spectra_is_near_the_closed_one_where_long_waves
         one = PerssonContact.self_affine(hurst, 0.1, 8.0, 512.0, 4096.0, 0.5)
         h = one.rms_height
         closed = h * h / 512 / rough.bearing_area_limit(10.0)
-        assert low < one.bearing_area_turn(0.1 * h) / closed < high
+        assert low < one.bearing_area_threshold(0.1 * h) / closed < high
 
 
 def test_the_gaps_are_those_of_the_solver_where_they_are_not_small() -> None:

@@ -192,7 +192,7 @@ RESULTS: dict[str, tuple[int, int] | tuple[tuple[int, int], ...]] = {
     ),
     **dict.fromkeys(("tabor_parameter", "parameter", "alpha", "fuller_tabor", "dmt_asperities", "area"), NUMBER),
     **dict.fromkeys(
-        ("persson_area", "bearing_area_limit", "turning_share", "generalised_tabor", "pressure_att"), NUMBER
+        ("persson_area", "bearing_area_limit", "threshold_share", "generalised_tabor", "pressure_att"), NUMBER
     ),
     **dict.fromkeys(("gap_scale", "diameter", "width"), LENGTH),
     **dict.fromkeys(("asperity_radius", "attraction_width", "contact_diameter", "effective_range"), LENGTH),

@@ -1,10 +1,10 @@
 """The measured record of the criteria of stickiness, ``tests/studies/record/record.csv``, from the files of sweeps.
 
 Run as ``python -m tests.studies.record FOLDER ...``: sweeps over the work of adhesion at a given range
-(``inputs/sweep/who-is-right.toml``) give surfaces with the work at which they turn; those of the paper's law
+(``inputs/sweep/who-is-right.toml``) give surfaces with the work at which they become sticky; those of the paper's law
 (``figure4.toml``) give states, sticky or not.  Rows of the record that no sweep has anew stay.  Without a folder: the
-tables of docs/studies/predict-record.md, of the record as it is.  With ``--law`` the turns that judged docs/law.md are
-added, those at other periods included.
+tables of docs/studies/predict-record.md, of the record as it is.  With ``--law`` the thresholds that judged docs/law.md
+are added, those at other periods included.
 """
 
 from __future__ import annotations
@@ -44,20 +44,26 @@ SURFACE = ("hurst", "lambda_s", "lambda_L", "seed")
 MOMENTS = ("rms_height", "rms_slope", "rms_curvature")
 
 
-def turned(table: PointTable) -> Iterator[dict[str, object]]:
+def thresholds(table: PointTable) -> Iterator[dict[str, object]]:
     """Surfaces with the work of adhesion at which attraction and repulsion cancel at 1 % area."""
-    for turn in crossovers(table).itertuples():
-        surface = {name: getattr(turn, name) for name in SURFACE}
-        yield {**surface, **_contact(turn.contact), "source": "turn", "law": turn.law, "sticky": "turns"}
+    for threshold in crossovers(table).itertuples():
+        surface = {name: getattr(threshold, name) for name in SURFACE}
+        yield {
+            **surface,
+            **_contact(threshold.contact),
+            "source": "threshold",
+            "law": threshold.law,
+            "sticky": "threshold",
+        }
 
 
 def judged(rows: DataFrame) -> Iterator[dict[str, object]]:
-    """The turns that judged the law of stickiness at 1 % of the area: surfaces that made no theory here."""
+    """The thresholds that judged the law of stickiness at 1 % of the area: surfaces that made no theory here."""
     for row in rows[rows.area == AREA].itertuples():
         found = {name: getattr(row, name) for name in SURFACE}
         yield {**found, "rms_height": row.height, "rms_slope": row.slope, "rms_curvature": row.curvature,
                "conformal_energy": row.moment_1 / 4, "range": row.range, "work": row.work, "source": "law",
-               "law": row.shape, "sticky": "turns"}  # fmt: skip
+               "law": row.shape, "sticky": "threshold"}  # fmt: skip
 
 
 def states(table: PointTable) -> Iterator[dict[str, object]]:
@@ -85,11 +91,11 @@ def _key(row: dict[str, str]) -> tuple[str, ...]:
 
 
 def added(rows: Iterable[dict[str, str]], tables: Iterable[PointTable]) -> list[dict[str, str]]:
-    """Rows of a record, and those of sweeps: a surface under one law at one range has its turn once."""
+    """Rows of a record, and those of sweeps: a surface under one law at one range has its threshold once."""
     known = {_key(row): row for row in rows}
     for table in tables:
         held = table.setting(table.keys[0], "surface.rms_height")  # NaN where slopes are held instead
-        for found in turned(table) if held == held else states(table):
+        for found in thresholds(table) if held == held else states(table):
             row = _row(found)
             known[_key(row)] = row
     return list(known.values())
@@ -100,11 +106,11 @@ def _row(found: Mapping[str, object]) -> dict[str, str]:
 
 
 def record_sheet() -> Sheet:
-    """Each criterion on the record: its margins at the turns in its range, and how often it is right on the states."""
-    turns, others = _kinds()
+    """Each criterion on the record: margins at the thresholds in its range, and how often it is right on the states."""
+    thresholds, others = _kinds()
     rows = []
     for criterion in (one for one in CRITERIA.values() if one.margin and one.key != NECESSARY):
-        found = [criterion(surface.contact) for surface in turns]
+        found = [criterion(surface.contact) for surface in thresholds]
         valid = np.array([estimate.valid for estimate in found])
         margins = np.array([estimate.margin for estimate in found], dtype=float)
         said = [criterion(surface.contact) for surface in others]
@@ -114,8 +120,8 @@ def record_sheet() -> Sheet:
         scatter = float(np.exp(np.log(margins[valid] if valid.any() else margins).std()))
         rows.append((criterion.name, f"{middle} ({valid.sum()} in range)", f"{scatter:.2f}",
                      f"{right.sum()} of {right.size}", f"{(right & heard).sum()} of {heard.sum()}"))  # fmt: skip
-    heads = ("criterion", "margin at the turn: 10, 50, 90 %", "scatter", "right on the states", "in its range")
-    return Sheet.of(f"{len(turns)} turns, {len(others)} states", heads, rows)
+    heads = ("criterion", "margin at the threshold: 10, 50, 90 %", "scatter", "right on the states", "in its range")
+    return Sheet.of(f"{len(thresholds)} thresholds, {len(others)} states", heads, rows)
 
 
 def discrimination_sheet() -> Sheet:
@@ -123,7 +129,7 @@ def discrimination_sheet() -> Sheet:
 
     Right on so many says little of states of which three quarters are not sticky: *always no* is right on these.  The
     area under the ROC curve is the probability that of a sticky state and one that is not the sticky one has the larger
-    margin: 1/2 says nothing.  *Near the turn*: w within a factor of three of half the energy of full contact.
+    margin: 1/2 says nothing.  *Near the threshold*: w within a factor of three of half the energy of full contact.
     """
     _, others = _kinds()
     sticky = np.array([bool(surface.sticky) for surface in others])
@@ -142,7 +148,7 @@ def discrimination_sheet() -> Sheet:
                      _area_under_roc(margins[near], sticky[near])))  # fmt: skip
     heads = ("criterion", "sticky found", "not sticky found", "sticky found, in its range",
              "not sticky found, in its range", Column("area under ROC", "", ".4f"),
-             Column(f"of the {near.sum()} near the turn", "", ".3f"))  # fmt: skip
+             Column(f"of the {near.sum()} near the threshold", "", ".3f"))  # fmt: skip
     return Sheet.of("sensitivity and specificity", heads, rows)
 
 
@@ -153,12 +159,12 @@ def _area_under_roc(margins: np.ndarray, sticky: np.ndarray) -> float:
 
 def vote_sheet() -> Sheet:
     """What the vote says of surfaces that the record has not seen, beside what they do."""
-    turns, others = _kinds()
+    thresholds, others = _kinds()
     said: dict[str, Counter[str]] = {}
     for surface in others:
         answer = judge_contact(surface.contact, lambda other: other.sticky is not None).answer
         truth = "sticky" if surface.sticky else "not sticky"
-        said.setdefault("states, by the turns", Counter())[_outcome(answer, truth)] += 1
+        said.setdefault("states, by the thresholds", Counter())[_outcome(answer, truth)] += 1
     for factor, truth in (
         (0.2, "not sticky"),
         (1 / 3, "not sticky"),
@@ -167,16 +173,16 @@ def vote_sheet() -> Sheet:
         (3.0, "sticky"),
         (5.0, "sticky"),
     ):
-        for surface in turns:
+        for surface in thresholds:
             contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
             answer = judge_contact(contact, partial(_same, surface)).answer
-            said.setdefault(f"{factor:.2g} times the work of the turn", Counter())[_outcome(answer, truth)] += 1
+            said.setdefault(f"{factor:.2g} times the work of the threshold", Counter())[_outcome(answer, truth)] += 1
     rows = [(name, found["right"], found["undecided"], found["wrong"]) for name, found in said.items()]
     return Sheet.of("the vote", ("surfaces", "right", "undecided", "wrong"), rows)
 
 
 def calibration_sheet() -> Sheet:
-    """What the printed probability is worth: works drawn around each turn, all of its seed left out of the record."""
+    """What the printed probability is worth: works around each threshold, all of its seed left out of the record."""
     rng, said = np.random.default_rng(1), []
     for surface in _kinds()[0]:
         for factor in np.exp(rng.uniform(np.log(0.1), np.log(10), 6)):
@@ -193,9 +199,9 @@ def calibration_sheet() -> Sheet:
 
 
 def _kinds() -> tuple[list[Surface], list[Surface]]:
-    """Surfaces with the work at which they turn, and surfaces with one work and what was found at it."""
-    turns = [surface for surface in recorded() if surface.sticky is None]
-    return turns, [surface for surface in recorded() if surface.sticky is not None]
+    """Surfaces with the work at which they become sticky, and surfaces with one work and what was found at it."""
+    thresholds = [surface for surface in recorded() if surface.sticky is None]
+    return thresholds, [surface for surface in recorded() if surface.sticky is not None]
 
 
 def _same(one: Surface, other: Surface) -> bool:
@@ -219,7 +225,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="*", type=Path, help="of sweeps")
     parser.add_argument("--record", type=Path, default=HERE / "record.csv")
-    parser.add_argument("--law", action="store_true", help="add the turns of docs/measured/law.csv and law-period.csv")
+    parser.add_argument(
+        "--law", action="store_true", help="add the thresholds of docs/measured/law.csv and law-period.csv"
+    )
     given = parser.parse_args()
     if not (given.folders or given.law):
         sheets = record_sheet(), discrimination_sheet(), vote_sheet(), calibration_sheet()

@@ -11,7 +11,7 @@ import numpy as np
 
 from continuum.sticky.criteria import CRITERIA, LARGEST_SLOPE, Answer, Criterion, Estimate, RoughContact, every_estimate
 from continuum.sticky.verdict import STEEPEST, WIDE
-from tests.studies.record.votes import Left, Part, Support, mean_margin, outside, support, turning_margin
+from tests.studies.record.votes import Left, Part, Support, mean_margin, outside, support, threshold_margin
 
 NECESSARY = "necessary-adhesion"
 """A necessary condition, which has no record and does not count."""
@@ -56,7 +56,7 @@ class Verdict:
     """Probability that it is sticky, if that decides; else None."""
     why: tuple[str, ...] = ()
     """Reasons, most important first."""
-    turn: float | None = None
+    threshold: float | None = None
     """Work of adhesion at which the probability passes one half, for the measured waves; None if there is none."""
 
 
@@ -86,8 +86,8 @@ def judge_contact(contact: RoughContact, without: Left | None = None, part: Part
     if found.probability is None:
         return found
     how = f"judged with smaller heights, as h' = {slope:.3g} is above {LARGEST_SLOPE:g}"
-    turn = None if found.turn is None else found.turn * (slope / flatter.rms_slope) ** 2
-    return replace(found, turn=turn, why=(*found.why, how))
+    threshold = None if found.threshold is None else found.threshold * (slope / flatter.rms_slope) ** 2
+    return replace(found, threshold=threshold, why=(*found.why, how))
 
 
 def flattened(contact: RoughContact) -> RoughContact:
@@ -126,7 +126,7 @@ def _heard(contact: RoughContact, without: Left | None) -> Verdict:
 
 
 def _heard_of_summits(contact: RoughContact, without: Left | None) -> Verdict:
-    """The verdict by the energy that flattens the summits: the only number that is the same at all turns."""
+    """The verdict by the energy that flattens the summits: the only number that is the same at all thresholds."""
     criterion = CRITERIA["half-conformal-energy"]
     if not criterion.possible(contact):
         return Verdict("undecided", None, (f"of the summits, the {criterion.needs.replace('_', ' ')} is not known",))
@@ -144,16 +144,16 @@ def _together(
     found = support(criteria, contact, without, part)
     if found is None:
         return Verdict("undecided", None, (outside(criteria, contact, without, part),))
-    margins = turning_margin(criteria, contact, part=part), np.exp(mean_margin(criteria, contact))
+    margins = threshold_margin(criteria, contact, part=part), np.exp(mean_margin(criteria, contact))
     why = (f"{names}, by {found.count} similar surfaces",)
-    turn = float(contact.work_of_adhesion * margins[0] / margins[1])
-    return Verdict(answer_at(found.probability), found.probability, why, turn)
+    threshold = float(contact.work_of_adhesion * margins[0] / margins[1])
+    return Verdict(answer_at(found.probability), found.probability, why, threshold)
 
 
 def _firm(
     found: Verdict, contact: RoughContact, cause: str, without: Left | None = None, part: Part = "map"
 ) -> Verdict:
-    """The verdict if it holds at :data:`WIDE` times more or less work, toward the turn; else undecided."""
+    """The verdict if it holds at :data:`WIDE` times more or less work, toward the threshold; else undecided."""
     if found.answer == "undecided":
         return found
     factor = WIDE if found.answer == "not sticky" else 1 / WIDE

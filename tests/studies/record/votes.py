@@ -4,16 +4,16 @@ It has two parts, both in units of pixels and E* = 1.  That of whole maps (``rec
 ``python -m tests.studies.record``) holds Gaussian surfaces of two kinds: with the work of adhesion at which the load at
 1 % repulsive area changes its sign on approach, and with one work of adhesion and the sign found there.  That of
 summits (``summits.csv``) holds Gaussian, worn, honed, pitted, beaded and other surfaces
-with the work at which they turn; its moments are those of the upper twentieth of the points.
+with the work at which they become sticky; its moments are those of the upper twentieth of the points.
 
-An exact criterion has a margin of 1 at the turn.  The probability that a contact with a given margin is sticky is the
-share of similar surfaces that turned at a smaller one; the mean margin of several theories has a record in the same
-way.
+An exact criterion has a margin of 1 at the threshold.  The probability that a contact with a given margin is sticky is
+the share of similar surfaces that became sticky at a smaller one; the mean margin of several theories has a record in
+the same way.
 
 Elasticity is linear and slopes are small: heights stretched by s, with a range s times as long and s² times the work,
 have the same contact.  A contact is therefore characterised by the numbers of :data:`_NUMBERS`.  The record says
-nothing of a contact of which one lies outside of those of the surfaces that turned (:func:`outside`).  Surfaces are
-similar if their first two numbers are within a factor of :data:`SIMILAR` of those of the contact.
+nothing of a contact of which one lies outside of those of the surfaces that became sticky (:func:`outside`).  Surfaces
+are similar if their first two numbers are within a factor of :data:`SIMILAR` of those of the contact.
 """
 
 import csv
@@ -36,7 +36,7 @@ _FILES: dict[Part, str] = {"map": "record.csv", "summits": "summits.csv"}
 _COLUMNS = ("rms_height", "rms_slope", "rms_curvature", "work", "range", "conformal_energy")
 SIMILAR = 3.0
 FEWEST = 10
-"""Smallest number of similar surfaces that turned; with fewer the record says nothing."""
+"""Smallest number of similar surfaces that became sticky; with fewer the record says nothing."""
 _NUMBERS: Mapping[str, Callable[[RoughContact], float]] = {
     "Δr/h_rms": lambda c: c.range / c.rms_height,
     "Δr h''/h'²": lambda c: c.range * c.rms_curvature / c.rms_slope**2,
@@ -94,7 +94,7 @@ def recorded(part: Part = "map") -> tuple[Surface, ...]:
 
 @cache
 def _kinds(part: Part) -> tuple[Real, Real]:
-    """Logarithms of the numbers of each surface, and 1 if it was sticky, -1 if not, 0 at the turn."""
+    """Logarithms of the numbers of each surface, and 1 if it was sticky, -1 if not, 0 at the threshold."""
     surfaces = recorded(part)
     numbers = np.log([_numbers(surface.contact) for surface in surfaces])
     return numbers, np.array([{None: 0.0, True: 1.0, False: -1.0}[surface.sticky] for surface in surfaces])
@@ -116,13 +116,13 @@ def outside(
 ) -> str:
     """Why the record of criteria says nothing of a contact, in words; empty if it has surfaces like this."""
     numbers, kind = _kinds(part)
-    turned = numbers[_heard(without, part) & (kind == 0)]
+    at_threshold = numbers[_heard(without, part) & (kind == 0)]
     known = len(_NUMBERS) - (not any(criterion.needs == "roll_off" for criterion in criteria))
-    for name, value, its in zip(list(_NUMBERS)[:known], _numbers(contact), turned.T, strict=False):
+    for name, value, its in zip(list(_NUMBERS)[:known], _numbers(contact), at_threshold.T, strict=False):
         low, high = (float(np.exp(end)) for end in (its.min(initial=_FAR), its.max(initial=-_FAR)))
         if value < low * (1 - _ROUNDING) or value > high * (1 + _ROUNDING):
             return f"{name} = {value:.3g} is not between {low:.3g} and {high:.3g}, as on the surfaces of the record"
-    count = int(_near(turned, contact).sum())
+    count = int(_near(at_threshold, contact).sum())
     return "" if count >= FEWEST else f"{count} surfaces of the record are similar, fewer than {FEWEST}"
 
 
@@ -138,7 +138,7 @@ def support(
     return _supports(criteria, contact, without, part)(mean_margin(criteria, contact))
 
 
-def turning_margin(
+def threshold_margin(
     criteria: tuple[Criterion, ...], contact: RoughContact, probability: float = 0.5, part: Part = "map"
 ) -> float:
     """Mean margin at which criteria support a probability that a contact like this is sticky.
@@ -178,6 +178,6 @@ def _supports(criteria: tuple[Criterion, ...], contact: RoughContact, without: L
 
 def _count(margins: Real, kind: Real, margin: float) -> tuple[int, int]:
     """Number of surfaces that were sticky at a margin, and number of surfaces for which this is known."""
-    turned = margins[kind == 0] < margin
+    at_threshold = margins[kind == 0] < margin
     yes, no = margins[kind == 1] <= margin, margins[kind == -1] >= margin
-    return int(turned.sum() + yes.sum()), int(turned.size + yes.sum() + no.sum())
+    return int(at_threshold.sum() + yes.sum()), int(at_threshold.size + yes.sum() + no.sum())

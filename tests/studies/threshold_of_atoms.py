@@ -1,11 +1,11 @@
-"""The turn on atoms: from which work of adhesion on does a surface stick, on every rung of the ladder?
+"""The threshold on atoms: from which work of adhesion on does a surface stick, on every rung of the ladder?
 
-``python -m tests.studies.turn_of_atoms --into docs/measured`` writes ``turn-atoms.csv``, a row for each surface,
-crystal and rung; without it the table of docs/law.md is made of that file.
+``python -m tests.studies.threshold_of_atoms --into docs/measured`` writes ``threshold-atoms.csv``, a row for each
+surface, crystal and rung; without it the table of docs/law.md is made of that file.
 
-On the continuum rungs the turn is found as everywhere (:mod:`continuum.path.turn`).  On atoms separation and work are
-looked for by a chord method, with the slopes of rough surfaces in general, from the turn of the lattice on.  Each state
-of atoms starts from that of the lattice at the same separation and work, on approach.
+On the continuum rungs the threshold is found as everywhere (:mod:`continuum.path.threshold_search`).  On atoms
+separation and work are looked for by a chord method, with the slopes of rough surfaces in general, from the threshold
+of the lattice on.  Each state of atoms starts from that of the lattice at the same separation and work, on approach.
 
 Expected, before the first run: half-space, layer, crystal and lattice within 10 % of one another, as all but a few
 waves are long against a0; atoms within 10 % of their lattice at h' = 0.05, as geometry and anharmonicity are of the
@@ -43,7 +43,7 @@ from continuum.model.walls.attraction import attraction_on_core
 from continuum.path.loading import solve
 from continuum.path.secant import DECAY
 from continuum.path.state import Search
-from continuum.path.turn import WallOfWork, find_turn
+from continuum.path.threshold_search import WallOfWork, bracket_threshold
 from continuum.solve.solution import Settings
 
 MEASURED = Path(__file__).parents[2] / "docs" / "measured"
@@ -76,8 +76,8 @@ def surface(n: int, seed: int, rms_slope: float) -> Real:
     return SelfAffine(0.8, rms_slope, 6.0, n / 4).synthesise(Grid.square(n), np.random.default_rng(seed))
 
 
-def turns(specimen: Specimen, heights: Real) -> Iterator[tuple[str, float, float]]:
-    """Rung, work over U at its turn, and area there."""
+def thresholds(specimen: Specimen, heights: Real) -> Iterator[tuple[str, float, float]]:
+    """Rung, work over U at its threshold, and area there."""
     grid, height = specimen.slab.grid, float(heights.std())
     wall = partial(attraction_on_core, "spline", effective_range=RANGE * height, core_stiffness=CORE)
     energy = ContactProblem(
@@ -88,7 +88,7 @@ def turns(specimen: Specimen, heights: Real) -> Iterator[tuple[str, float, float
         substrate = response_of(name, specimen.response, _constants(specimen))
         problem = ContactProblem(grid, wall(1e-4), heights, substrate)
         settings = Settings(1e-6 * problem.traction_scale)
-        there, state = find_turn(problem, wall, AREA, settings, Search(0.02), WIDTH)
+        there, state = bracket_threshold(problem, wall, AREA, settings, Search(0.02), WIDTH)
         state.require()
         totals = state.totals
         work = there.wall.work_of_adhesion * totals.load_rep / totals.load_att
@@ -105,7 +105,7 @@ def _constants(specimen: Specimen):
 def on_atoms(
     specimen: Specimen, heights: Real, wall: WallOfWork, separation: float, work: float
 ) -> tuple[float, float]:
-    """Work at the turn on atoms, and area there."""
+    """Work at the threshold on atoms, and area there."""
     grid, response = specimen.slab.grid, specimen.response
     settings = Settings(TOLERANCE / 100)
 
@@ -138,17 +138,17 @@ def on_atoms(
                 if abs(trial.off[0]) <= max(0.02, 0.6 / (AREA * grid.size)) and abs(trial.off[1]) <= WIDTH:
                     return float(np.exp(here[1] - trial.off[1])), trial.totals.area_rep
                 here = here - DAMPED * np.linalg.solve(slopes, trial.off)
-    raise RuntimeError("the turn on atoms was not found")
+    raise RuntimeError("the threshold on atoms was not found")
 
 
 def measured(n: int, depth: float, rms_slope: float, seeds: list[int], crystals: list[str]) -> DataFrame:
-    """Turns of all surfaces on all rungs of the crystals."""
+    """Thresholds of all surfaces on all rungs of the crystals."""
     rows = []
     for crystal in crystals:
         settings = {"slab.n": n, "slab.depth": depth}
         specimen = specimen_of(load(f"inputs/validate/{CRYSTALS[crystal]}.toml", ValidateConfig, settings))
         for seed in seeds:
-            for rung, ratio, area in turns(specimen, surface(n, seed, rms_slope)):
+            for rung, ratio, area in thresholds(specimen, surface(n, seed, rms_slope)):
                 sys.stderr.write(f"{crystal} {seed} {rung}: {ratio:.4f} at {area:.4f}\n")
                 rows.append({"crystal": crystal, "n": n, "depth": depth, "slope": rms_slope, "seed": seed, "rung": rung,
                              "over_energy": ratio, "area": area})  # fmt: skip
@@ -156,7 +156,7 @@ def measured(n: int, depth: float, rms_slope: float, seeds: list[int], crystals:
 
 
 def table(rows: DataFrame) -> str:
-    """Work at the turn over that of the half-space, for each crystal and rung, mean and 95 % interval over surfaces."""
+    """Work at the threshold over that of the half-space, for each crystal and rung, mean and 95 % interval."""
     lines = ["| crystal | h' | surfaces | " + " | ".join((*CONTINUUM_RUNGS[1:], "atoms", "atoms over lattice")) + " |"]
     lines.append("|---" * (len(CONTINUUM_RUNGS) + 4) + "|")
     for (crystal, slope), part in rows.groupby(["crystal", "slope"], sort=False):
@@ -175,7 +175,7 @@ def _mean(logarithms: Real) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--into", type=Path, help="find the turns anew, into turn-atoms.csv of this folder")
+    parser.add_argument("--into", type=Path, help="find the thresholds anew, into threshold-atoms.csv of this folder")
     parser.add_argument("--n", type=int, default=48, help="surface atoms a side")
     parser.add_argument("--depth", type=float, default=16.0, help="of the slab, in a0")
     parser.add_argument("--slopes", type=float, nargs="+", default=[0.1, 0.05])
@@ -185,9 +185,9 @@ def main() -> None:
     if given.into:
         found = [measured(given.n, given.depth, slope, given.seeds, given.crystals) for slope in given.slopes]
         rows = DataFrame([row for part in found for row in part.to_dict("records")])
-        rows.to_csv(given.into / "turn-atoms.csv", index=False, float_format="%.6g", lineterminator="\n")
+        rows.to_csv(given.into / "threshold-atoms.csv", index=False, float_format="%.6g", lineterminator="\n")
     else:
-        rows = read_csv(MEASURED / "turn-atoms.csv")
+        rows = read_csv(MEASURED / "threshold-atoms.csv")
     sys.stdout.write(table(rows) + "\n")
 
 

@@ -1,4 +1,4 @@
-"""The turn: the work of adhesion at which a surface becomes sticky, where the load at a given area changes its sign.
+"""The threshold: the work of adhesion at which a surface becomes sticky, where the load at a given area changes sign.
 
 At a given repulsive area the attraction pulls the more the larger the work of adhesion w is.  A surface is sticky, in
 the sense of the paper, from the w on at which the attraction over the repulsion, r = load_att/load_rep, exceeds 1.
@@ -40,7 +40,8 @@ STEP, STEP_OF_WORK = 2.0, 1.0
 """Largest change of ln A that a step of the mean gap may aim at, and of ln w."""
 RESOLVED, LEAST_RESOLVED = 2.0, 0.5
 """Points of the shortest wave that snaps.  Where it has fewer than the first, single points do, and a coarser grid
-tells nothing of w; by the second a law is so strong that the load hardly depends on w: there is no turn to be found."""
+tells nothing of w; by the second a law is so strong that the load hardly depends on w: there is no threshold to be
+found."""
 AREA_BY_WORK = 0.5
 """d ln A/d ln w at a given mean gap, to begin with; d ln r/d ln w is 1."""
 JUMP = 0.5
@@ -70,7 +71,7 @@ class _Trial:
 
 @dataclass(eq=False)
 class _Bracket:
-    """The last trials on both sides of the turn, and what all of them have cost."""
+    """The last trials on both sides of the threshold, and what all of them have cost."""
 
     width: float
     """In ln w."""
@@ -118,7 +119,7 @@ class _Bracket:
 
     @property
     def closed(self) -> bool:
-        """Whether the turn lies between two works as close as asked for."""
+        """Whether the threshold lies between two works as close as asked for."""
         if self.below is None or self.above is None:
             return False
         return bool(np.log(self.above.work / self.below.work) <= self.width)
@@ -146,7 +147,7 @@ def _resolved(wall: Wall, problem: ContactProblem, points: float) -> float:
     return wall.work_of_adhesion * snap_in_wavelength(softening) / needed if softening > 0 else np.inf
 
 
-def find_turn(
+def bracket_threshold(
     problem: ContactProblem,
     wall_of: WallOfWork,
     area: float,
@@ -164,14 +165,14 @@ def find_turn(
     wall_of : law for each work of adhesion in E* a0.
     area : repulsive area, as a fraction of A0.
     settings, search : of each state.
-    width : of the bracket of the turn, relative to it.
+    width : of the bracket of the threshold, relative to it.
     first : mean gap and work of adhesion of an estimate, as of a state without adhesion; coarser grids are left out.
 
     Returns
     -------
     problem, state
-        The state has the bracket as its event, with the works as values: a "turn", or a "jump-in" where the load jumps
-        over zero.  :attr:`Outcome.NO_TURN` where no bracket was found; another outcome where a state was not.
+        The state has the bracket as its event, with the works as values: a "threshold", or a "jump-in" where the load
+        jumps over zero.  :attr:`Outcome.NO_THRESHOLD` where no bracket was found; another where a state was not.
     """
     solver = solver or solver_of(problem, settings)
     bracket = _Bracket(float(np.log1p(width)), problem.grid.size)
@@ -202,7 +203,7 @@ class _Place:
     """Work of adhesion up to which the grid tells something of the load."""
 
     def coarsely(self, work: float) -> tuple[float, float]:
-        """Mean gap and work at the turn of the next coarser grid; a guess where there is none."""
+        """Mean gap and work at the threshold of the next coarser grid; a guess where there is none."""
         coarse = coarser_problem(self.problem, self.solver.smallest) or coarser_problem(
             self.problem, self.solver.smallest, roughly=True
         )
@@ -226,7 +227,7 @@ class _Place:
         return found
 
     def together(self, mean_gap: float, work: float, *, bracketed: bool = True) -> tuple[float, float]:
-        """Trials of mean gap and work, until the turn is bracketed, or met; returns the last, or the next ones.
+        """Trials of mean gap and work, until the threshold is bracketed, or met; returns the last, or the next ones.
 
         A work beyond :attr:`most` is left as it is, and only the mean gap is looked for.
         """
@@ -293,7 +294,7 @@ def _updated(slopes: Real, moved: Real, changed: Real, slope: float) -> Real:
 
 
 def _searched(place: _Place, work: float) -> tuple[ContactProblem, PathState]:
-    """The turn by a search for the area at each work."""
+    """The threshold by a search for the area at each work."""
     bracket = place.bracket
     for guess in _works(bracket, work):
         problem = replace(place.problem, wall=place.wall_of(min(guess, place.most)))
@@ -311,10 +312,10 @@ def _searched(place: _Place, work: float) -> tuple[ContactProblem, PathState]:
 
 
 def _none(bracket: _Bracket, area: float) -> tuple[ContactProblem, PathState]:
-    """The last state, and that there is no turn."""
+    """The last state, and that there is no threshold."""
     last = bracket.below or bracket.above
     assert last is not None
-    found = replace(last.state, control="repulsive-area", target=area, outcome=Outcome.NO_TURN)
+    found = replace(last.state, control="repulsive-area", target=area, outcome=Outcome.NO_THRESHOLD)
     return last.problem, _with_work(found, bracket)
 
 
@@ -342,6 +343,6 @@ def _found(bracket: _Bracket, area: float) -> tuple[ContactProblem, PathState]:
     nearest = min(below, above, key=lambda trial: (trial.state.outcome is not None, abs(trial.ratio)))
     jumped = above.ratio - below.ratio > JUMP or above.state.outcome is not None
     sides = (side_of(trial.state, trial.work) for trial in (below, above))
-    turn = Event("jump-in" if jumped else "turn", "work-of-adhesion", "start", *sides)
-    at = replace(nearest.state, control="repulsive-area", target=area, events=(turn,))
+    found = Event("jump-in" if jumped else "threshold", "work-of-adhesion", "start", *sides)
+    at = replace(nearest.state, control="repulsive-area", target=area, events=(found,))
     return nearest.problem, _with_work(at, bracket)
