@@ -36,7 +36,7 @@ def pressed(heights, work):
 
 def threshold(heights):
     """The work of adhesion from which on the load at this area is negative."""
-    return c.Contact(heights, wall(0.002), area_tolerance=0.002).threshold(wall, area=AREA, width=0.01).require()
+    return c.Contact(heights, wall(0.002), area_tolerance=0.002).find_threshold(wall, area=AREA, width=0.01).require()
 
 
 def filtered(field, response):
