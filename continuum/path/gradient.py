@@ -201,7 +201,7 @@ def gradient(
     at: Given | None = None,
     wall_of: WallOfWork | None = None,
 ) -> Real:
-    """The derivative of a number by all heights: as :meth:`continuum.front.states.State.gradient` says."""
+    """The derivative of a number by all heights: as :meth:`continuum.front.contact.State.gradient` says."""
     function("wall", wall_of)
     state.require()
     known: Number = choice("number", _RENAMED.get(str(number), number), get_args(Number))

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from continuum.arguments import ArgumentError, field
+from continuum.arguments import ArgumentError, field, number
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.area import find_area
@@ -36,6 +37,16 @@ from continuum.path.state import (
 from continuum.path.walk import walk
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
+
+_CONTROLS: dict[str, Control] = {
+    "area": "repulsive-area",
+    "mean_gap": "mean-gap",
+    "separation": "separation",
+    "pressure": "mean-pressure",
+}
+"""A control by the name of the argument that gives it."""
+FARTHEST = 1e12
+"""Larger gaps (in a0) or pressures (in E*) are refused: they would overflow in the energy."""
 
 
 def solve(
@@ -159,3 +170,19 @@ def _branch(control: Control, target: float, good: Sequence[PathState]) -> Branc
         return good[-1].branch
     nearer = target < here if control in ("separation", "mean-gap") else target > here
     return "approach" if nearer else "retract"
+
+
+def controlled(**given: Any) -> tuple[Control, str, Any]:
+    """The one control that is given, its name as an argument, and its value."""
+    chosen = [name for name, value in given.items() if value is not None]
+    if len(chosen) != 1:
+        what = " and ".join(chosen) if chosen else "none"
+        raise ValueError(f"give one of {', '.join(given)}; here: {what}")
+    return _CONTROLS[chosen[0]], chosen[0], given[chosen[0]]
+
+
+def target(name: str, value: Any) -> float:
+    """The value of a control, within what makes sense; raises ArgumentError."""
+    if name == "area":
+        return number(name, value, above=0, below=1)
+    return number(name, value, least=-FARTHEST, most=FARTHEST)

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from continuum.arguments import ArgumentError
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
@@ -346,3 +347,20 @@ def _found(bracket: _Bracket, area: float) -> tuple[ContactProblem, PathState]:
     found = Event("jump-in" if jumped else "threshold", "work-of-adhesion", "start", *sides)
     at = replace(nearest.state, control="repulsive-area", target=area, events=(found,))
     return nearest.problem, _with_work(at, bracket)
+
+
+def laws_of(wall: WallOfWork, problem: ContactProblem) -> WallOfWork:
+    """The laws of each work of adhesion, each looked at before it is used; raises ArgumentError."""
+    allowed = "a function that returns the law of a work of adhesion, as LennardJonesSpline(adhesion_length=w)"
+    if not callable(wall):
+        raise ArgumentError("wall", wall, allowed)
+    if problem.open_boundary is not None:
+        raise ArgumentError("substrate", problem.substrate, "a periodic one: a threshold is that of a mean gap")
+
+    def law_of(work: float) -> Wall:
+        made = wall(work)
+        if getattr(made, "law", None) is None:
+            raise ArgumentError("wall", wall, allowed)
+        return made
+
+    return law_of

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import continuum as c
 from continuum.files.inputs import load
 from continuum.files.tables import identity
-from continuum.front.states import FoundThreshold
+from continuum.front.contact import FoundThreshold
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.path import threshold_search
