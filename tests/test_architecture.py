@@ -170,7 +170,6 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
             {
                 "atomistic.lammps.engine",
                 "atomistic.lammps.plugin",
-                "continuum.app.server",
                 "continuum.files.provenance",
                 "continuum.sweeps.workers",
             },

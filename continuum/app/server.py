@@ -7,15 +7,9 @@ so that no web page can reach it through the browser.  It serves no file of the 
 import asyncio
 import json
 import secrets
-import shlex
-import shutil
-import subprocess
 import tempfile
-import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
-from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -26,14 +20,21 @@ from tornado.iostream import StreamClosedError
 from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler, stream_request_body
 
-from continuum.app.opened import EXAMPLE, EXAMPLE_FORM, OpenedMap, answer_of, known_to_page, safe_name, solved_layers
-from continuum.app.states import OpenedResults, is_stored
+from continuum.app.opened import OpenedMap, Told, View, answer_of, arguments
+from continuum.app.seen import look, solved_layers
+from continuum.app.states import is_stored
 from continuum.errors import InputError
 from continuum.files.toml import find
+from continuum.show.plot import contact_colours, map_colours
+from continuum.sticky.materials import materials
 from continuum.sticky.prediction import Prediction
+from continuum.sticky.tables import OPTIONS
 
 LARGEST = 200_000_000
 """Largest upload, in bytes."""
+EXAMPLE = "inputs/maps/wafer.txt"
+"""A map to try, and what is filled in for it."""
+EXAMPLE_FORM = {"size": "384nm", "unit": "nm", "material": "silicon, silicon"}
 _COOKIE = "stickiness"
 _PAGES = {"": "index.html", "states": "states.html"}
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
@@ -42,77 +43,6 @@ _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src data:; connect-src 'self'; "
     "frame-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
 )
-
-
-@dataclass
-class View:
-    """The state of one call of ``continuum view``; the only mutable object here."""
-
-    folder: Path
-    """Private folder, removed when the program ends."""
-    token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
-    port: int = 0
-    opened: OpenedMap | None = None
-    results: OpenedResults | None = None
-    solving: subprocess.Popen[str] | None = None
-    """The solver, running on the map in its own process."""
-    began: float = 0.0
-    uploads: int = 0
-    working: asyncio.Lock = field(default_factory=asyncio.Lock)
-    """Lock for solving and drawing: one thing at a time, as the style of figures is global to the process."""
-    asked: int = 0
-    """Questions so far: of those that wait or are solved, only the last one is answered."""
-    last: Prediction | None = None
-    """The last prediction of the open map."""
-
-    def place(self, name: str) -> Path:
-        """Path for an upload, in a new folder; raises InputError if it would be read as an input."""
-        kept = safe_name(name)
-        if kept.lower().endswith(".toml"):
-            raise InputError("an input names files of this machine: open it with `continuum predict`")
-        self.uploads += 1
-        place = self.folder / f"map-{self.uploads}"
-        place.mkdir()
-        return place / kept
-
-    def open(self, path: Path, shown: str, beside: bool = False) -> None:
-        """Open a map in place of the open map, or results in place of the open results, which are forgotten.
-
-        A map ``beside`` the open one is of the other body, or joined to it.  Raises InputError if it is a folder
-        without results.
-        """
-        if path.is_dir() or is_stored(path):
-            before = [] if self.results is None else [file.parent for file in self.results.runs.values()]
-            self.results = OpenedResults.of(path)
-        else:
-            self.stop()
-            self.asked, self.last, opened = self.asked + 1, None, self.opened
-            if beside and opened is not None:
-                self.opened = OpenedMap((*opened.paths, path), (*opened.shown, shown), opened.folder)
-                return
-            before = [] if opened is None else [*(each.parent for each in opened.paths), opened.folder]
-            folder = self.folder / f"of-{secrets.token_hex(4)}"
-            folder.mkdir()
-            self.opened = OpenedMap((path,), (shown,), folder)
-        self.forget(*before)
-
-    def forget(self, *folders: Path) -> None:
-        """Delete folders of uploads and of what was made of them, and none of the user's."""
-        for folder in folders:
-            if folder.parent == self.folder:
-                shutil.rmtree(folder, ignore_errors=True)
-
-    def is_open(self, path: Path) -> bool:
-        """Whether a file is the open map or the open results."""
-        results = () if self.results is None else self.results.runs.values()
-        return path in results or (self.opened is not None and path in self.opened.paths)
-
-    def stop(self) -> None:
-        """End the solver, if it is running."""
-        if self.solving is not None and self.solving.poll() is None:
-            self.solving.terminate()
-            self.solving.wait()
-        self.solving = None
 
 
 class _Handler(RequestHandler):
@@ -151,18 +81,8 @@ class _Handler(RequestHandler):
         said = self._reason if status_code != 405 else f"{self.request.method} is not answered here"
         if isinstance(error, InputError):
             self.set_status(422)
-            said = self.without_folders(str(error)[:2000])
-        self.set_header("Content-Type", "application/json")
-        self.finish(json.dumps({"error": said}))
-
-    def without_folders(self, said: str) -> str:
-        """A text without names of folders."""
-        opened, results = self.view.opened, self.view.results
-        hidden = dict(zip(map(str, opened.paths), opened.shown, strict=True)) if opened is not None else {}
-        hidden |= {f"{file.parent}/": "" for file in results.runs.values()} if results is not None else {}
-        for place, shown in hidden.items():
-            said = said.replace(place, shown)
-        return said
+            said = self.view.without_folders(str(error)[:2000])
+        self.finish({"error": said})
 
     @property
     def opened(self) -> OpenedMap:
@@ -170,31 +90,27 @@ class _Handler(RequestHandler):
             raise HTTPError(409, reason="no map is open")
         return self.view.opened
 
-    def asked(self) -> Mapping[str, str]:
-        try:
-            found = json.loads(self.request.body)
-        except (ValueError, RecursionError):
-            found = None
-        if not isinstance(found, dict):
-            raise HTTPError(400, reason="no form")
-        return found
-
 
 class _Static(_Handler):
     """The page and its scripts and styles."""
 
     def get(self, name: str) -> None:
+        view = self.view
         if self.get_query_argument("token", ""):  # from now on in a cookie, not in the history of the browser
-            self.set_cookie(_COOKIE, self.view.token, httponly=True, samesite="Strict")
-            self.redirect("/states" if self.view.results is not None and self.view.opened is None else "/")
+            self.set_cookie(_COOKIE, view.token, httponly=True, samesite="Strict")
+            self.redirect("/states" if view.results is not None and view.opened is None else "/")
             return
         file = resources.files("continuum.app") / "static" / _PAGES.get(name, name)
         text = file.read_text(encoding="utf-8")
         if name in _PAGES:
-            opened, results = self.view.opened, self.view.results
-            known = {"opened": opened.shown if opened is not None else [], **known_to_page()}
-            if results is not None:
-                known |= {"results": results.shown, "runs": list(results.runs)}
+            known = {
+                "opened": [] if view.opened is None else view.opened.shown,
+                "materials": sorted(materials()),
+                "colours": {"contact": contact_colours(), "numbers": map_colours()},  # from the lowest value on
+                "help": {name: " ".join((one.description or "").split()) for name, one in OPTIONS.items()},
+            }
+            if view.results is not None:
+                known |= {"results": view.results.shown, "runs": list(view.results.runs)}
             text = text.replace("{known}", json.dumps(known).replace("<", "\\u003c"))
         self.set_header("Content-Type", f"{_TYPES[Path(file.name).suffix]}; charset=utf-8")
         self.write(text)
@@ -246,44 +162,82 @@ class _Example(_Handler):
         self.write({"opened": self.opened.shown, "form": EXAMPLE_FORM})
 
 
-class _Look(_Handler):
-    """The map as it is seen before anything of the bodies is known."""
+class _Question(_Handler):
+    """A question about the open map, answered in lines of JSON as they are found."""
+
+    mine = 0
 
     async def post(self) -> None:
-        self.write(await _aside(self.opened.look, self.asked()))
-
-
-class _Predict(_Handler):
-    """The answer, as lines of JSON: what is being done, the answer, and then maps of the solution."""
-
-    async def post(self) -> None:
-        view, opened, asked = self.view, self.opened, self.asked()
-        view.asked += 1
-        mine, loop = view.asked, asyncio.get_running_loop()
-
-        def told(text: str) -> None:
-            if mine != view.asked:
-                raise InputError("something else was asked meanwhile")
-            loop.call_soon_threadsafe(self._line, {"told": text})
-
         try:
-            async with view.working:
-                if mine != view.asked:
-                    raise HTTPError(409, reason="something else was asked meanwhile")
-                found = await _aside(opened.predict, asked, view.last, told)
-                if opened is view.opened:
-                    view.last = found
-                self._line({"answer": await _aside(answer_of, found) | {"command": shlex.join(opened.command(asked))}})
-                self._line({"layers": await _aside(solved_layers, found)})
+            asked = json.loads(self.request.body)
+        except (ValueError, RecursionError):
+            asked = None
+        if not isinstance(asked, dict):
+            raise HTTPError(400, reason="no form")
+        opened, self.mine = self.opened, self.view.ask()
+        try:
+            await self.answer(opened, asked)
         except InputError as error:
             if not self._headers_written:
                 raise
-            self._line({"error": self.without_folders(str(error)[:2000])})
+            self.line({"error": self.view.without_folders(str(error)[:2000])})
 
-    def _line(self, said: dict[str, Any]) -> None:
-        with suppress(StreamClosedError):
-            self.write(json.dumps(said) + "\n")
-            self.flush()
+    async def answer(self, opened: OpenedMap, asked: Mapping[str, str]) -> None:
+        raise NotImplementedError
+
+    def wanted(self) -> None:
+        """Raise InputError if something else has been asked."""
+        if self.mine != self.view.asked:
+            raise InputError("something else was asked meanwhile")
+
+    def on_connection_close(self) -> None:
+        if self.mine == self.view.asked:
+            self.view.ask()
+
+    def line(self, said: Mapping[str, Any]) -> None:
+        if not self._finished:
+            with suppress(StreamClosedError):
+                self.write(json.dumps(said) + "\n")
+                self.flush()
+
+
+class _Look(_Question):
+    """The map as it is seen before anything of the bodies is known, and then its faults."""
+
+    async def answer(self, opened: OpenedMap, asked: Mapping[str, str]) -> None:
+        parts = look(opened.paths, arguments(asked))
+        while (said := await asyncio.to_thread(next, parts, None)) is not None:
+            self.wanted()
+            self.line(said)
+
+
+class _Predict(_Question):
+    """What is being done, the answer, and then maps of the solution."""
+
+    async def answer(self, opened: OpenedMap, asked: Mapping[str, str]) -> None:
+        loop = asyncio.get_running_loop()
+
+        def told(text: str) -> None:
+            self.wanted()
+            loop.call_soon_threadsafe(self.line, {"told": text})
+
+        async with self.view.working:
+            self.wanted()
+            found, command = await asyncio.to_thread(self.predict, opened, asked, told)
+            self.wanted()
+            self.view.last = found
+            self.line({"answer": await asyncio.to_thread(answer_of, found) | {"command": command}})
+            self.line({"layers": await asyncio.to_thread(solved_layers, found)})
+
+    def predict(self, opened: OpenedMap, asked: Mapping[str, str], told: Told) -> tuple[Prediction, str]:
+        return opened.predict(asked, self.view.last, told), opened.command(asked)
+
+
+class _Solve(_Predict):
+    """The same after a search with adhesion."""
+
+    def predict(self, opened: OpenedMap, asked: Mapping[str, str], told: Told) -> tuple[Prediction, str]:
+        return opened.searched(asked, self.view.searching, told), opened.command(asked, "--solve")
 
 
 class _Report(_Handler):
@@ -294,7 +248,7 @@ class _Report(_Handler):
         if found is None:
             raise HTTPError(409, reason="nothing has been answered yet")
         async with self.view.working:
-            self.write({"page": await _aside(opened.report, found)})
+            self.write({"page": await asyncio.to_thread(opened.report, found)})
 
 
 class _States(_Handler):
@@ -305,79 +259,34 @@ class _States(_Handler):
         if results is None:
             raise HTTPError(409, reason="no results are open")
         if step is None:
-            self.write(await _aside(results.states, int(run)))
+            self.write(await asyncio.to_thread(results.states, int(run)))
             return
-        found = await _aside(results.map, int(run), int(step), kind)
+        found = await asyncio.to_thread(results.map, int(run), int(step), kind)
         self.set_header("Content-Type", "application/octet-stream")
         self.write(found.astype(found.dtype.newbyteorder("<")).tobytes())
 
 
-class _Solve(_Handler):
-    """Start the solver, report its progress, or stop it."""
-
-    async def post(self) -> None:
-        opened, asked = self.opened, self.asked()
-        self.view.stop()
-        with (opened.folder / "said.txt").open("w") as said, (opened.folder / "solved.txt").open("w") as lines:
-            self.view.solving = subprocess.Popen(
-                opened.solving(asked), cwd=opened.folder, stdin=subprocess.DEVNULL, stdout=lines, stderr=said, text=True
-            )
-        self.view.began = time.monotonic()
-        self.write({"solving": True})
-
-    def get(self) -> None:
-        opened, solving = self.opened, self.view.solving
-        if solving is None:
-            self.write({"solving": False})
-            return
-        code = solving.poll()
-        said = self.without_folders((opened.folder / "said.txt").read_text(encoding="utf-8", errors="replace"))
-        known = {"code": code, "seconds": round(time.monotonic() - self.view.began), "said": said[-2000:]}
-        self.write({"solving": code is None} | known)
-
-    def delete(self) -> None:
-        self.view.stop()
-        self.write({"solving": False})
-
-
-class _Solved(_Handler):
-    """The answer of the solver, and its page."""
-
-    def get(self) -> None:
-        self.write(self.opened.solved())
-
-
-async def _aside(work: Any, *given: Any) -> Any:
-    """Run a function in another thread, so that the server keeps answering."""
-    return await asyncio.get_running_loop().run_in_executor(None, partial(work, *given))
-
-
-def application(view: View) -> Application:
-    """The application of a view."""
+def listen(view: View, port: int) -> HTTPServer:
+    """Answer on a port of this machine, or on a free one if it is 0, in the running event loop."""
     given = {"view": view}
-    return Application([
+    application = Application([
         (r"/(|view\.js|draw\.js|view\.css|states|states\.js)", _Static, given),
         (r"/map", _Upload, given),
         (r"/example", _Example, given),
         (r"/look", _Look, given),
         (r"/predict", _Predict, given),
+        (r"/solve", _Solve, given),
         (r"/report", _Report, given),
         (r"/runs/(\d{1,9})(?:/(\d{1,9})/([a-z]{1,9}))?", _States, given),
-        (r"/solve", _Solve, given),
-        (r"/solved", _Solved, given),
     ])  # fmt: skip
-
-
-def listen(view: View, port: int) -> HTTPServer:
-    """Answer on a port of this machine, or on a free one if it is 0, in the running event loop."""
-    server = HTTPServer(application(view), max_body_size=LARGEST, max_buffer_size=2 * 2**20)
+    server = HTTPServer(application, max_body_size=LARGEST, max_buffer_size=2 * 2**20)
     sockets = bind_sockets(port, "127.0.0.1")
     view.port = sockets[0].getsockname()[1]
     server.add_sockets(sockets)
     return server
 
 
-async def serve_view(path: Path | None, port: int, begun: Any) -> None:
+async def serve_view(path: Path | None, port: int, begun: Told) -> None:
     """Serve until it is stopped.
 
     Parameters
@@ -397,4 +306,4 @@ async def serve_view(path: Path | None, port: int, begun: Any) -> None:
         finally:
             server.stop()
             await server.close_all_connections()
-            view.stop()
+            view.ask()

@@ -15,7 +15,7 @@ from continuum.solve.solution import MOST_THREADS
 from continuum.sticky.materials import InterfaceError, read_interface
 from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
-from continuum.topography.map import TopographyError
+from continuum.topography.map import Topography, TopographyError
 from continuum.topography.mending import Detrending, prepare
 from continuum.topography.quantities import length_of, share
 from continuum.topography.reading import read_all
@@ -103,8 +103,22 @@ def unsolved(
     return of_maps([find(file_name("maps", one)) if isinstance(one, str | Path) else one for one in maps], given, told)
 
 
+def prepared(
+    maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]
+) -> tuple[list[Topography], list[Topography]]:
+    """Maps as measured, and as they are judged; the arguments are those of :func:`of_maps`."""
+    detrend, limit = given.get("detrend"), share(given.get("fill"))
+    if detrend is not None:
+        choice("detrend", detrend, get_args(Detrending))
+    measured = read_all(maps, **{name: given[name] for name in READ if name in given})
+    return measured, [prepare(one, detrend, fill=limit, cutoff=given.get("cutoff")) for one in measured]
+
+
 def of_maps(
-    maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any], told: Callable[[str], None] = lambda text: None
+    maps: Sequence[str | Path | ArrayLike],
+    given: Mapping[str, Any],
+    told: Callable[[str], None] = lambda text: None,
+    prepared: Callable[..., tuple[list[Topography], list[Topography]]] = prepared,
 ) -> Prediction:
     """The prediction for maps, before anything is pressed.
 
@@ -113,22 +127,19 @@ def of_maps(
     maps : see :func:`predict`; any file is read as a map, never as an input.
     given : arguments of :func:`predict` by name; the others are left out.
     told : called with a text once the maps are read.
+    prepared : reads and prepares them, in place of :func:`prepared`.
     """
-    detrend, cutoff = given.get("detrend"), given.get("cutoff")
-    if detrend is not None:
-        choice("detrend", detrend, get_args(Detrending))
     contact_of = partial(read_interface, **{name: given[name] for name in InterfaceTable.model_fields if name in given})
     try:
-        read = read_all(maps, **{name: given[name] for name in READ if name in given})
+        measured, ready = prepared(maps, given)
     except TopographyError as error:
         try:
             contact_of()
         except InterfaceError as other:  # the faults of both at once
             raise TopographyError(f"{error}\n{other}") from error
         raise
-    contact, limit = contact_of(), share(given.get("fill"))
+    contact = contact_of()
     tip_radius, shortest = (length_of(name, given.get(name)) for name in ("tip", "smallest"))
-    shapes = (f"{one.source}, {' x '.join(map(str, one.heights.shape))} points" for one in read)
+    shapes = (f"{one.source}, {' x '.join(map(str, one.heights.shape))} points" for one in measured)
     told(f"looking at {' and at '.join(shapes)}")
-    maps_ready = [prepare(one, detrend, fill=limit, cutoff=cutoff) for one in read]
-    return prediction_of(maps_ready, contact, shortest, tip_radius)
+    return prediction_of(ready, contact, shortest, tip_radius)

@@ -200,10 +200,12 @@ Job = Callable[[Any], None]
 
 @dataclass(frozen=True)
 class Message:
-    """A message about a task from its process; one of these is set."""
+    """A message about a task from its process: of a running task, or one of the others."""
 
     share: float | None = None
     """Finished share, from 0 to 1, of a running task."""
+    text: str = ""
+    """What the running task does."""
     seconds: float = 0.0
     """Time that a finished task took."""
     error: Exception | None = None
@@ -225,10 +227,10 @@ def heard(listener: Callable[[Message], None]) -> Iterator[None]:
         _listener.reset(before)
 
 
-def say(done: float) -> None:
-    """Report the finished share of the current task, from 0 to 1, to the listener."""
+def say(done: float, text: str = "") -> None:
+    """Report the finished share of the current task, from 0 to 1, to the listener, and what it does."""
     if (listener := _listener.get()) is not None:
-        listener(Message(share=done))
+        listener(Message(done, text))
 
 
 def timed(work: Job, task: Task) -> float:

@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy
@@ -152,8 +153,18 @@ def directions(topography: Topography) -> Directions:
 
 
 def find_faults(topography: Topography) -> Findings:
-    """Look for all faults of a map, in the order in which they are corrected."""
-    lines = scan_lines(instance("topography", topography, Topography).heights)
+    """Look for all faults of a map, in the order in which they are corrected; once, as it takes long."""
+    if (found := _FOUND.get(instance("topography", topography, Topography))) is None:
+        found = _FOUND[topography] = _find_faults(topography)
+    return found
+
+
+_FOUND = WeakKeyDictionary[Topography, Findings]()
+"""What was found on the maps that are in use."""
+
+
+def _find_faults(topography: Topography) -> Findings:
+    lines = scan_lines(topography.heights)
     marks = Marks(lines, spikes(topography.heights) & ~scipy.ndimage.binary_dilation(lines.scars, iterations=2))
     faults, clean = _looked_for(LEVELLING, topography, marks)
     waves = SpectrumFindings(roughness_of(clean), fit_self_affine(*spectrum(clean)))

@@ -23,7 +23,7 @@ function make(name, of, words) {
 const unitOf = (value) => LENGTHS.findLast(([size]) => size <= 1.001 * Math.abs(value)) || LENGTHS[0];
 
 // Numbers with one digit, at most so many between two ends.
-function ticks([low, high], log = false, most = 5) {
+function ticks([low, high], log = false, most = 6) {
   const found = [];
   if (log && high > 3 * low) {
     const digits = high > 300 * low ? [1] : [1, 2, 5];

@@ -2,28 +2,49 @@
 // The page of `continuum view`: it sends the form, and shows the map, the answer, and maps of the solution.
 const form = $("form");
 let middle = {}; // the values at which the sliders began, each a number and its unit
-let turn = 0; // answers that come late, after another was asked for, are left out
-let later = null;
-let layers = { map: [], solved: [] }, lacks = [];
+let asking = new AbortController(); // ends what was asked before
+let later = null, clock = null;
+let layers = { map: [], solved: [] }, lacks = [], names = known.opened;
 
 for (const name of known.materials) $("materials").append(new Option(name));
 for (const input of form.elements) if (known.help[input.name]) input.title = known.help[input.name];
 
 const fields = () => Object.fromEntries([...new FormData(form)].map(([name, value]) => [name, value.trim()]));
 
-async function answered(path, body, method = "POST", headers = {}) {
-  const answer = await fetch(path, { method, body, headers });
+async function answered(path, body, method = "POST", headers = {}, signal = undefined) {
+  const answer = await fetch(path, { method, body, headers, signal });
   if (!answer.ok) throw new Error((await answer.json()).error || answer.statusText);
   return answer;
 }
 const talk = async (...asked) => (await answered(...asked)).json();
 
+// Lines of JSON, as they come.
+async function* lines(path, body, signal) {
+  const reader = (await answered(path, body, "POST", {}, signal)).body.pipeThrough(new TextDecoderStream()).getReader();
+  for (let rest = "", end = false; !end;) {
+    const part = await reader.read(), whole = (rest + (part.value || "")).split("\n");
+    [rest, end] = [whole.pop(), part.done];
+    for (const said of whole.map(JSON.parse)) {
+      if (said.error) throw new Error(said.error);
+      yield said;
+    }
+  }
+}
+
+// What is being done, and for how long.
+function progress(words) {
+  const began = Date.now(), say = () => { $("progress").textContent = words && `${words}, ${Math.round((Date.now() - began) / 1000)} s`; };
+  clearInterval(clock);
+  if (words) clock = setInterval(say, 1000);
+  say();
+}
+
 // A fault of the form is said, and its fields are marked.
 function fail(error) {
-  $("verdict").hidden = $("answer").hidden = true;
+  for (const id of ["verdict", "answer", "remarks", "same"]) $(id).hidden = true;
   $("error").hidden = false;
   $("error").textContent = error.message;
-  $("progress").textContent = "";
+  progress("");
   for (const input of form.elements) input.classList.toggle("asked", Boolean(input.name) && error.message.includes(`\`${input.name}\``));
 }
 
@@ -41,10 +62,10 @@ function showLayer() {
   const bytes = (one) => new Float32Array(Uint8Array.from(atob(one.values), (letter) => letter.charCodeAt(0)).buffer);
   const values = bytes(layer), unit = lacks.includes("size") ? [layer.lengths[0] / layer.points[0], "pixels"] : unitOf(Math.max(...layer.lengths));
   let key = [1, "|∂w_c/∂h|, log10 over the largest"], more = { values };
-  if (layer.name.startsWith("contact")) {
-    const under = layers.map.find(({ shape }) => String(shape) === String(layer.shape));
+  if (layer.kind === "contact") {
+    const under = [...layers.solved, ...layers.map].find(({ kind, shape }) => kind === "height" && String(shape) === String(layer.shape));
     more = { values: under && bytes(under), kinds: values, names: ["neither", "attracts", "repels"] };
-  } else if (!layers.solved.includes(layer)) {
+  } else if (layer.kind === "height") {
     key = lacks.includes("unit") ? [1, "height, as in the file"] : unitOf(values.reduce((most, value) => Math.max(most, Math.abs(value)), 0));
     if (!lacks.includes("unit")) key = [key[0], `height (${key[1]})`];
   }
@@ -54,11 +75,9 @@ function showLayer() {
   } });
 }
 
-// The map, its roughness and its faults, before anything is known of the bodies.
-function showMap(said) {
-  layers = { map: said.layers, solved: [] };
-  lacks = said.lacks;
-  $("rough").replaceChildren(...said.rows.map((row) => element("tr", {}, ...row.map((words) => element("td", { textContent: words })))));
+// Faults of the map, each with what corrects it.
+function showFaults(said) {
+  layers.map.push(...said.layers);
   $("faults").replaceChildren(...said.faults.map((fault) => element("li", { textContent: `${fault.text} ` },
     ...(Object.keys(fault.set).length ? [element("button", { type: "button", textContent: "correct", onclick: () => {
       for (const [name, value] of Object.entries(fault.set)) form.elements[name].value = value;
@@ -66,13 +85,21 @@ function showMap(said) {
     } })] : []), " ",
     ...(fault.layer ? [element("button", { type: "button", textContent: "show", onclick: () => { $("layer").value = fault.layer; showLayer(); $("map").scrollIntoView({ block: "nearest" }); } })] : []))));
   $("faulty").hidden = !said.faults.length;
+  showLayers();
+}
+
+// The map and its roughness, before anything is known of the bodies.
+function showMap(said) {
+  layers = { map: said.layers, solved: [] };
+  lacks = said.lacks;
+  $("rough").replaceChildren(...said.rows.map((row) => element("tr", {}, ...row.map((words) => element("td", { textContent: words })))));
   const size = lacks.includes("unit") ? [1, "as in the file"] : unitOf(Math.max(...said.bearing[0].slice(1)));
   const curves = [1, 2, 3].map((k) => said.bearing.map((row) => [row[0], row[k] / size[0]])), all = curves.flat().map(([, value]) => value);
   $("bearing").replaceChildren();
   drawCurves($("bearing"), { x: { ends: [0, 100], label: "area above the height (%)" }, y: { ends: [Math.min(...all), Math.max(...all)], label: `height (${size[1]})` }, curves, title: "bearing curve" });
   $("bearing").append(element("p", { className: "key", textContent: "line: as judged, dashed: as measured, dotted: Gaussian" }));
   $("seen").hidden = false;
-  showLayers();
+  showFaults({ faults: [], layers: [] });
 }
 
 // w and its threshold, with what is not known of it, on one axis; in mJ/m².
@@ -120,41 +147,44 @@ function showAnswer(said) {
   for (const input of form.elements) input.classList.remove("asked");
 }
 
-async function ask(sliding = false) {
-  const mine = ++turn, body = JSON.stringify(fields());
+// Ask for the answer, by a search with adhesion from "/solve"; after a slider the map is the same.
+async function ask(path = "/predict", look = true) {
   clearTimeout(later);
-  $("answer").classList.add("old"); // it belongs to what was asked before
+  asking.abort();
+  const mine = asking = new AbortController(), body = JSON.stringify(fields());
+  let seen = !look;
+  $("answer").classList.toggle("old", path === "/predict"); // it belongs to what was asked before
   $("report").hidden = $("save").hidden = true;
   $("all").disabled = true;
+  $("stop").hidden = false;
+  progress("reading");
   try {
-    if (!sliding) {
-      $("progress").textContent = "reading";
-      const seen = await talk("/look", body);
-      if (mine !== turn) return;
-      showMap(seen);
+    if (look) for await (const said of lines("/look", body, mine.signal)) {
+      if (said.rows) showMap(said);
+      else showFaults(said);
+      seen = true;
     }
-    const answer = await answered("/predict", body), reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
-    for (let rest = "", end = false; !end;) {
-      const part = await reader.read(), lines = (rest + (part.value || "")).split("\n");
-      if (mine !== turn) { reader.cancel(); return; }
-      [rest, end] = [lines.pop(), part.done];
-      for (const said of lines.map(JSON.parse)) take(said, sliding);
+    for await (const said of lines(path, body, mine.signal)) {
+      if (said.told) progress(said.told);
+      if (said.layers) { layers.solved = said.layers; showLayers(); }
+      if (said.answer) take(said.answer, look);
     }
-  } catch (error) { if (mine === turn) fail(error); }
+  } catch (error) {
+    if (mine.signal.aborted) return;
+    $("seen").hidden = !seen;
+    fail(error);
+  }
+  if (mine === asking) $("stop").hidden = true;
 }
 
-function take(said, sliding) {
-  if (said.error) throw new Error(said.error);
-  if (said.told) $("progress").textContent = said.told;
-  if (said.layers) { layers.solved = said.layers; showLayers(); }
-  if (!said.answer) return;
-  showAnswer(said.answer);
+function take(said, first) {
+  showAnswer(said);
   $("answer").classList.remove("old");
-  $("progress").textContent = "";
-  $("command").textContent = said.answer.command;
+  progress("");
+  $("command").textContent = said.command;
   $("solve").disabled = $("all").disabled = $("same").hidden = false;
-  if (sliding) return;
-  middle = said.answer.values;
+  if (!first) return;
+  middle = said.values;
   for (const slider of document.querySelectorAll("input[data-for]")) {
     slider.value = 0;
     slider.disabled = !split(middle[slider.dataset.for] || "");
@@ -173,36 +203,22 @@ const split = (words) => { const found = /^([0-9.eE+-]+)(.*)$/.exec(words); retu
 // The first file takes the place of what is open, unless it is added; others are added to it.
 async function open(files, beside = false) {
   if (!files.length) return;
+  $("answer").classList.add("old");
   try {
-    for (const [i, file] of [...files].entries()) {
+    for (const [i, file] of files.entries()) {
       $("name").textContent = `reading ${file.name}`;
       const said = await talk("/map", file, "PUT", { "X-Name": encodeURIComponent(file.name), ...(beside || i ? { "X-Beside": "1" } : {}) });
       if (said.states) { location = "/states"; return; }
-      opened(said);
+      names = said.opened;
     }
+    showNames();
     await ask();
   } catch (error) { $("name").textContent = "Drop a height map, or a stored run, here"; fail(error); }
 }
 
-function opened(said) {
-  $("name").textContent = said.opened.join(form.elements.join.checked ? " + " : " on ");
+function showNames() {
+  $("name").textContent = names.join(form.elements.join.checked ? " + " : " on ");
   $("more").hidden = false;
-}
-
-async function follow() {
-  let said = { solving: true };
-  while (said.solving) {
-    await new Promise((done) => setTimeout(done, 500));
-    said = await talk("/solve", undefined, "GET");
-    $("progress").textContent = `${said.seconds ?? 0} s: ${(said.said || "").trim().split("\n").pop()}`;
-  }
-  $("stop").hidden = true;
-  if (said.code === 0 || said.code === 1) {
-    const solved = await talk("/solved", undefined, "GET");
-    ++turn;
-    showAnswer(solved.answer);
-    showReport(solved.page);
-  } else if (said.code !== undefined) fail(new Error(said.said));
 }
 
 const button = (id, work) => $(id).addEventListener("click", async () => { try { await work(); } catch (error) { fail(error); } });
@@ -218,32 +234,31 @@ form.addEventListener("input", (event) => {
   }
   form.elements[name].value = `${Number((value * 10 ** slider.value).toPrecision(3))}${unit}`;
   clearTimeout(later);
-  later = setTimeout(() => ask(name !== "cutoff"), 150);
+  later = setTimeout(() => ask("/predict", name === "cutoff"), 150);
 });
-button("solve", async () => {
-  $("progress").textContent = "begins";
-  await talk("/solve", JSON.stringify(fields()));
-  $("stop").hidden = false;
-  await follow();
-});
-button("stop", async () => { await talk("/solve", undefined, "DELETE"); $("progress").textContent = "stopped"; });
+button("solve", () => ask("/solve", false));
+button("stop", () => { asking.abort(); progress(""); $("stop").hidden = true; $("all").disabled = $("answer").hidden; });
 button("all", async () => showReport((await talk("/report")).page));
 button("example", async () => {
   const said = await talk("/example");
   form.reset();
-  $("file").value = "";
   for (const [name, value] of Object.entries(said.form)) form.elements[name].value = value;
-  opened(said);
+  names = said.opened;
+  showNames();
   await ask();
 });
 $("layer").addEventListener("change", showLayer);
-$("file").addEventListener("change", (event) => open(event.target.files));
-$("another").addEventListener("change", (event) => open(event.target.files, true));
+form.elements.join.addEventListener("change", showNames);
+for (const id of ["file", "another"]) $(id).addEventListener("change", ({ target }) => {
+  const files = [...target.files];
+  target.value = ""; // so that the same file can be chosen again
+  open(files, id === "another");
+});
 for (const kind of ["dragover", "dragleave", "drop"]) {
   document.addEventListener(kind, (event) => {
     event.preventDefault();
     $("drop").classList.toggle("over", kind === "dragover");
-    if (kind === "drop") open(event.dataTransfer.files);
+    if (kind === "drop") open([...event.dataTransfer.files]);
   });
 }
-if (known.opened.length) { opened(known); ask(); }
+if (names.length) { showNames(); ask(); }

@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import base64
 import http.client
+import inspect
 import json
+import os
 import re
+import shlex
 import threading
-import time
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
@@ -23,18 +25,23 @@ pytest.importorskip("tornado", reason="needs the extra `app`")
 
 import continuum
 from continuum.app import server
-from continuum.app.opened import EXAMPLE, EXAMPLE_FORM, arguments, safe_name
-from continuum.app.server import View, listen
+from continuum.app.opened import OpenedMap, View, answer_of, arguments, safe_name
+from continuum.app.seen import _correction, _layer
+from continuum.app.server import EXAMPLE, listen
 from continuum.cli import main
 from continuum.errors import InputError
-from continuum.files.toml import find
 from continuum.front.commands import run
 from continuum.front.sweeps import sweep
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
+from continuum.options import as_options
 from continuum.runs.result import Result
 from continuum.show.answer import statements
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.tables import OPTIONS
+from continuum.sweeps.workers import Worker
+from continuum.topography.faults import MapFault
+from continuum.topography.map import Topography
 
 RUN: dict[str, Any] = {
     "grid": {"n": [12, 16]},
@@ -109,58 +116,59 @@ def client(tmp_path: Path) -> Iterator[Client]:
     yield Client(view)
     loops[0].call_soon_threadsafe(done.set)
     thread.join()
-    view.stop()
+    view.ask()
 
 
-def asked(client: Client, form: dict[str, str]) -> dict[str, Any]:
-    """The lines of an answer, together."""
-    said = client("POST", "/predict", form)
+def asked(client: Client, form: dict[str, str], path: str = "/predict") -> dict[str, Any]:
+    """The lines of an answer, together; layers of all."""
+    said = client("POST", path, form)
     assert said.status == 200, said.body
-    return {name: value for line in said.body.splitlines() for name, value in json.loads(line).items()}
+    lines = [json.loads(line) for line in said.body.splitlines()]
+    found = {name: value for line in lines for name, value in line.items()}
+    return found | {"layers": [layer for line in lines for layer in line.get("layers", [])]}
 
 
 def heights_of(layer: dict[str, Any]) -> np.ndarray:
     return np.frombuffer(base64.b64decode(layer["values"]), "<f4").reshape(layer["shape"])
 
 
-def test_a_map_is_dropped_and_asked_about(client: Client) -> None:
+def test_a_map_is_dropped_and_asked_about(client: Client, map_file: Path) -> None:
     """With the answer of the command for the same words."""
     assert client("POST", "/predict", FORM).status == 409  # no map is open
-    wafer, form = find(EXAMPLE), EXAMPLE_FORM | {"fill": "5%"}
+    form = FORM | {"work": "5J/m2"}
     words: dict[str, Any] = form | {"material": ("silicon", "silicon")}
-    opened = client("PUT", "/map", wafer.read_bytes(), X_Name="wafer.txt").json
-    assert opened == {"opened": ["wafer.txt"], "states": False}
+    opened = client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy").json
+    assert opened == {"opened": ["map.npy"], "states": False}
     assert client("POST", "/report").status == 409  # nothing has been answered
     said = asked(client, form)
-    found = continuum.predict(wafer, **words)
+    found = continuum.predict(map_file, **words)
     answer, threshold = said["answer"], found.threshold
     assert threshold is not None
     assert answer["statements"] == [f"{line}." for line in statements(found)]
-    assert said["told"].startswith("pressing wafer.txt")
+    assert said["told"].startswith("pressing map.npy")
     assert answer["row"] == json.loads(found.json())["row"]
     assert [one["work"] for one in answer["curve"]] == [one.work for one in threshold.curve]
-    assert answer["values"] == {"work": "100mJ/m2", "contact_modulus": "82.4GPa", "range": "350pm", "cutoff": "8nm"}
-    assert answer["command"].startswith("continuum predict wafer.txt --size 384nm --unit nm --material silicon --mat")
+    assert answer["values"] == {"work": "5J/m2", "contact_modulus": "82.4GPa", "range": "350pm", "cutoff": "62.5nm"}
+    assert answer["command"].startswith("continuum predict map.npy --size 1um --unit nm --material silicon --mat")
     contact, deciding = map(heights_of, said["layers"])
-    assert contact.shape == deciding.shape == (192, 192)
-    assert (contact == 2).mean() == pytest.approx(threshold.area_rep, rel=0.05)  # of the map and of its mirror images
+    assert contact.shape == deciding.shape == (64, 64)
+    assert (contact == 2).mean() == pytest.approx(threshold.area_rep, rel=0.1)  # of the map and of its mirror images
     # A slider: the threshold does not depend on w, so that it is not pressed again, and the answer is the same.
-    less = asked(client, form | {"work": "10mJ/m2"})
-    assert less["told"].startswith("looking at wafer.txt"), "and it was not pressed"
+    less = asked(client, form | {"work": "1mJ/m2"})
+    assert less["told"].startswith("looking at map.npy"), "and it was not pressed"
     assert less["answer"]["statements"][0].startswith("Not sticky")
-    again = continuum.predict(wafer, **words, work="10mJ/m2")
+    again = continuum.predict(map_file, **words | {"work": "1mJ/m2"})
     assert less["answer"]["statements"] == [f"{line}." for line in statements(again)]
     report = client("POST", "/report")
     assert "data:image/png" in report.json["page"]
     assert less["answer"]["statements"][0] in report.json["page"]
     assert str(client.view.folder).encode() not in report.body
-    assert client("GET", "/solved").status == 422  # it has not been solved
 
 
 def test_a_map_is_seen_before_any_field_is_filled(client: Client, map_file: Path) -> None:
     """In pixels and in the numbers of its file, with the roughness that is known."""
     client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy")
-    said = client("POST", "/look", {}).json
+    said = asked(client, {}, "/look")
     assert said["lacks"] == ["size", "unit"]
     heights = np.load(map_file)
     np.testing.assert_allclose(
@@ -170,24 +178,39 @@ def test_a_map_is_seen_before_any_field_is_filled(client: Client, map_file: Path
     assert rows["points"] == "64 x 64"
     assert "Sdq" not in rows
     assert rows["Sq"] == f"{heights_of(said['layers'][0]).std():.3g}"
-    known = client("POST", "/look", {"size": "1um", "unit": "nm"}).json
+    known = asked(client, {"size": "1um", "unit": "nm"}, "/look")
     assert known["lacks"] == []
     assert dict(known["rows"])["Sq"] == f"{rows['Sq']} nm"
     assert "Sdq" in dict(known["rows"])
     client("PUT", "/map", b"no map at all", X_Name="map.npy")
     assert client("POST", "/look", {}).status == 422
+    # Of a line scan, here with positions of unknown unit, a surface with its spectrum is seen, and not as measured.
+    line = np.stack([np.arange(256.0), np.random.default_rng(1).normal(size=256)], 1)
+    client("PUT", "/map", "\n".join(f"{x} {h}" for x, h in line).encode(), X_Name="line.txt")
+    scan = asked(client, {}, "/look")
+    assert sorted(scan["lacks"]) == ["size", "unit"]
+    assert [layer["name"] for layer in scan["layers"]] == ["a random surface with the measured spectrum"]
 
 
 def test_a_fault_can_be_shown_and_corrected(client: Client) -> None:
     """Of the example: what its correction takes off are its scars, and with its fields the fault is gone."""
     opened = client("POST", "/example").json
     assert opened["opened"] == [EXAMPLE]
-    (fault,) = (said := client("POST", "/look", opened["form"]).json)["faults"]
+    (fault,) = (said := asked(client, opened["form"], "/look"))["faults"]
     assert "scars" in fault["text"]
     assert fault["set"] == {"fill": "5%"}
     taken = heights_of(next(layer for layer in said["layers"] if layer["name"] == fault["layer"]))
     assert (taken != 0).mean() == pytest.approx(0.012, abs=0.001)  # as many points as the fault says
-    assert client("POST", "/look", opened["form"] | fault["set"]).json["faults"] == []
+    assert asked(client, opened["form"] | fault["set"], "/look")["faults"] == []
+
+
+def test_a_spike_is_seen_on_a_map_of_more_points_than_are_drawn() -> None:
+    heights = 1e-9 * np.random.default_rng(1).normal(size=(1030, 16))
+    heights[517, 5] += 1e-6
+    fault = MapFault("spikes", "", {"fill": "5%"})
+    taken = _correction(Topography(heights, (1e-6, 1e-6)), fault)
+    assert taken is not None
+    assert heights_of(_layer("", Topography(heights, (1e-6, 1e-6)), taken)).max() == pytest.approx(1e-6, rel=0.01)
 
 
 def test_two_bodies_or_joined_maps_are_of_two_files(client: Client, map_file: Path) -> None:
@@ -196,13 +219,17 @@ def test_two_bodies_or_joined_maps_are_of_two_files(client: Client, map_file: Pa
     assert opened == ["map.npy", "map.npy"]
     view = client.view
     assert view.opened is not None
-    of_two = view.opened.command(FORM | {"size": "1um; 2um", "join": "on"})
+    of_two = shlex.split(view.opened.command(FORM | {"size": "1um; 2um", "join": "on"}))
     assert of_two[:8] == ["continuum", "predict", "map.npy", "map.npy", "--size", "1um", "--size", "2um"]
     assert of_two[-1] == "--join"
-    assert len(client("POST", "/look", FORM).json["layers"]) == 4
-    assert len(client("POST", "/look", FORM | {"join": "on"}).json["layers"]) == 2
+    first, _, second, _ = asked(client, FORM, "/look")["layers"]
+    assert len(asked(client, FORM | {"join": "on"}, "/look")["layers"]) == 1
+    # The contact is drawn on the heights of both.
+    both, contact, _ = asked(client, FORM)["layers"]
+    np.testing.assert_allclose(heights_of(both), heights_of(first) + heights_of(second)[::-1], rtol=1e-5, atol=1e-15)
+    assert contact["shape"] == both["shape"]
     client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy")
-    assert len(list(view.folder.glob("map-*"))) == 1
+    assert len(list(view.folder.glob("*/map.npy"))) == 1
 
 
 def test_of_waiting_questions_the_last_is_answered(client: Client, map_file: Path) -> None:
@@ -220,13 +247,65 @@ def test_of_waiting_questions_the_last_is_answered(client: Client, map_file: Pat
 def test_the_page_has_a_field_for_every_key_that_it_may_send() -> None:
     static = resources.files("continuum.app") / "static"
     page = (static / "index.html").read_text()
-    names = set(re.findall(r'name="(\w+)"', page)) - {"viewport"}
-    # A size that the file says, a dataset, and a0, which decides nothing, are for the command.
-    assert names == OPTIONS.keys() - {"override_size", "dataset", "spacing"}
+    assert set(re.findall(r'name="(\w+)"', page)) - {"viewport"} == OPTIONS.keys()
     ids = set(re.findall(r'id="(\w+)"', page))
     for script in ("view.js", "draw.js"):
         assert set(re.findall(r'\$\("(\w+)"\)', (static / script).read_text())) <= ids, script
     assert page.index("<section>") < page.index("<form"), "on a narrow screen the answer comes first"
+
+
+def example(name: str) -> str:
+    """What the form suggests for an option."""
+    page = (resources.files("continuum.app") / "static" / "index.html").read_text()
+    (field,) = re.findall(rf'<\w+ [^>]*name="{name}".*?</label>', page)
+    if "checkbox" in field:
+        return "on"
+    *_, found = re.findall(r"<option>(\w+)", field) or re.findall(r'placeholder="(.+?)"', field)
+    return str(found)
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_an_option_has_the_answer_that_the_terminal_has_for_the_same_words(
+    option: str, map_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Or the same refusal; of two maps, whose files say the unit, and that are not pressed."""
+    monkeypatch.setattr(Prediction, "no_map", "maps are not pressed here")
+    monkeypatch.setattr(Prediction, "write", lambda *given: ["page"])
+    monkeypatch.chdir(tmp_path)
+    names = ("one.h5", "two.h5")
+    for name in names:
+        with h5py.File(name, "w") as file:
+            for dataset in ("heights", "others"):
+                file[dataset] = np.load(map_file)
+                file[dataset].attrs["unit"] = "nm"
+    opened = OpenedMap(tuple(map(Path, names)), names, tmp_path)
+    # An overruled unit, and what cannot be given together.
+    base = {
+        "dataset": "heights",
+        "size": "1um",
+        "material": "silicon",
+        "unit": "um" if option == "override_size" else "",
+    }
+    form = {option: example(option)}
+    if option == "contact_modulus":
+        base |= {"material": "", "work": "50mJ/m2", "range": "0.5nm"}
+    form = base | form
+    words = shlex.split(opened.command(form))[1:]
+    refusal, said = "", {}
+    try:
+        said = answer_of(opened.predict(form))
+    except InputError as error:
+        refusal = as_options(str(error), inspect.signature(continuum.predict).parameters)
+    assert bool(refusal) == (option == "part"), "there are no parts in these files"
+    assert main([*words, "--json", "answer.json"]) == (2 if refusal else 0)
+    told = capsys.readouterr()
+    if refusal:
+        assert refusal in told.err
+        return
+    data = json.loads(Path("answer.json").read_text())
+    assert {name: data[name] for name in ("row", "curve")} == {name: said[name] for name in ("row", "curve")}
+    assert data["warnings"] == said["doubts"]
+    assert told.out.splitlines()[:-2] == said["statements"]
 
 
 def test_states_of_a_run_are_those_that_are_stored(client: Client, stored: Result) -> None:
@@ -288,29 +367,39 @@ def test_a_hostile_file_of_states_is_refused(client: Client, stored: Result, tmp
     assert all(str(client.view.folder) not in one.body.decode(errors="replace") for one in said)
 
 
-@pytest.mark.long  # the whole command, with its figures, in a process of its own
+@pytest.mark.long  # a search, in a process of its own
 def test_a_map_is_solved(client: Client, map_file: Path) -> None:
     client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy")
-    assert client("POST", "/solve", FORM).json == {"solving": True}
-    while (state := client("GET", "/solve").json)["solving"]:
-        time.sleep(0.1)
-    assert state["code"] == 0, state
-    assert "searching for the threshold" in state["said"]
-    said = client("GET", "/solved").json
+    said = asked(client, FORM, "/solve")
+    assert said["told"].startswith("searching for the threshold")
     assert said["answer"]["row"]["w_c from"] == "search"
     assert "by a search with adhesion" in said["answer"]["statements"][1]
-    assert str(client.view.folder) not in json.dumps(said["answer"])
-    assert said["answer"]["statements"][1] in said["page"]
+    assert said["answer"]["command"].endswith("--solve")
+    assert said["answer"]["statements"][1] in client("POST", "/report").json["page"]
 
 
-def test_the_solver_is_stopped(client: Client, map_file: Path) -> None:
+@pytest.mark.parametrize("how", ["asked", "closed"])
+def test_the_solver_is_stopped(client: Client, map_file: Path, how: str) -> None:
+    """By another question, or by the browser that asked."""
     client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy")
-    client("POST", "/solve", FORM)
-    assert client.view.solving is not None
-    process = client.view.solving
-    assert client("DELETE", "/solve").json == {"solving": False}
-    assert process.poll() is not None
-    assert client("GET", "/solve").json == {"solving": False}
+    view, began = client.view, threading.Event()
+
+    class Begins(Worker):
+        def give(self, work: Any, task: Any) -> None:
+            super().give(work, task)
+            began.set()
+
+    view.searching = Begins(os.environ)
+    connection = http.client.HTTPConnection("127.0.0.1", view.port, timeout=60)
+    connection.request("POST", "/solve", json.dumps(FORM), {"Cookie": f"stickiness={view.token}"})
+    assert began.wait(60)
+    process = view.searching._process
+    assert process is not None
+    if how == "asked":
+        assert client("POST", "/predict", {"size": "1"}).status == 422
+        assert b"the search has ended" in connection.getresponse().read()
+    connection.close()
+    assert process.wait(60) != 0
 
 
 def test_what_is_wrong_is_said_as_the_command_says_it(client: Client, map_file: Path) -> None:
@@ -403,7 +492,7 @@ def test_what_is_replaced_or_refused_is_deleted_and_nothing_of_the_user(
         assert client("POST", "/map", b"1 2\n3 4\n", X_Name="map.txt").status == 405
         assert client("PUT", "/map", None, X_Name="map.txt", Content_Length="abc").status == 411
         kept.append(sorted(file.name for file in client.view.folder.glob("*/*")))
-        assert len(list(client.view.folder.glob("of-*"))) == 1
+        assert len(list(client.view.folder.iterdir())) == 3, "of the map, of what was made of it, and of the run"
     assert kept == [["map.txt", "run.h5"]] * 2
     assert map_file.is_file()
     assert stored.path.is_file()
