@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from continuum import units
-from continuum.app.seen import read
+from continuum.app.seen import prepared_once
 from continuum.app.states import OpenedResults, is_stored
 from continuum.errors import InputError
 from continuum.front.predict import of_maps
@@ -64,7 +64,7 @@ class OpenedMap:
         A threshold that does not depend on the work of adhesion is that of the ``last`` prediction, where nothing else
         has changed.
         """
-        found = of_maps(self.paths, arguments(asked), told, read)
+        found = of_maps(self.paths, arguments(asked), told, prepared_once)
         if last is not None and last.threshold is not None and _same_but_work(found, last):
             again = replace(found, threshold=last.threshold, threshold_as_measured=last.threshold_as_measured)
             work = found.contact.work_of_adhesion

@@ -31,7 +31,7 @@ _UNKNOWN: tuple[tuple[str, dict[str, str | None]], ...] = (
 """What is assumed to show a map whose file, as the message says, lacks it."""
 
 
-def read(maps: Sequence[Path], given: Mapping[str, Any]) -> tuple[list[Topography], list[Topography]]:
+def prepared_once(maps: Sequence[Path], given: Mapping[str, Any]) -> tuple[list[Topography], list[Topography]]:
     """Maps as measured and as they are judged, as :func:`continuum.front.predict.prepared`.
 
     Those that were read last are remembered, while the files are the same, with what was found on them.
@@ -61,12 +61,12 @@ def look(maps: Sequence[Path], given: Mapping[str, Any]) -> Iterator[dict[str, A
     """
     lacks = dict[str, str | None]()
     try:
-        measured, judged = read(maps, given)
+        measured, judged = prepared_once(maps, given)
     except TopographyError as error:
         lacks = {name: value for words, of in _UNKNOWN if words in str(error) for name, value in of.items()}
         if not lacks:
             raise
-        measured, judged = read(maps, {**given, "cutoff": None, **lacks})
+        measured, judged = prepared_once(maps, {**given, "cutoff": None, **lacks})
     several = len(judged) > 1
     names = [f" of {one.source}" if several else "" for one in judged]
     layers, rows = list[Any](), list[Any]()

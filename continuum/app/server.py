@@ -307,3 +307,5 @@ async def serve_view(path: Path | None, port: int, begun: Told) -> None:
             server.stop()
             await server.close_all_connections()
             view.ask()
+            async with view.working:  # what is worked on ends by itself, so that nothing is cancelled in the middle
+                pass

@@ -108,7 +108,7 @@ function drawWorks(row) {
   if (!work || !found) return $("works").replaceChildren();
   const ends = [Math.min(work, low || found, found) / 2, Math.max(work, high || found, found) * 2], svg = make("svg", { viewBox: "0 0 480 96", role: "img" });
   const at = (value) => 20 + Math.log(Math.min(ends[1], Math.max(ends[0], value)) / ends[0]) / Math.log(ends[1] / ends[0]) * 440;
-  const [from, to] = [at(low || ends[0]), at(high || ends[1])], near = Math.abs(at(work) - at(found)) < 60;
+  const [from, to] = [at(low || ends[0]), at(high || ends[1])], near = Math.abs(at(work) - at(found)) < 90;
   svg.setAttribute("aria-label", `w = ${text(work, 3)}, w_c = ${text(found, 3)} mJ/m²`);
   svg.append(make("rect", { x: 20, y: 40, width: from - 20, height: 16, class: "not" }), make("rect", { x: from, y: 40, width: Math.max(to - from, 1), height: 16, class: "undecided" }),
     make("rect", { x: to, y: 40, width: 460 - to, height: 16, class: "sticky" }), make("line", { x1: at(found), x2: at(found), y1: 34, y2: 62, class: "threshold" }),

@@ -138,6 +138,8 @@ def test_a_map_is_dropped_corrected_slid_solved_and_saved(browser: webdriver.Chr
     browser.find_element(By.ID, "solve").click()
     until(browser, lambda: "by a search with adhesion" in text(browser, "statements"))
     pictured(browser, "solved")
+    browser.find_element(By.ID, "all").click()
+    until(browser, browser.find_element(By.ID, "save").is_displayed)
     browser.find_element(By.ID, "save").click()
     saved = browser.saved / "prediction.html"
     until(browser, saved.is_file)
