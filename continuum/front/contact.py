@@ -151,17 +151,15 @@ class Contact:
 
         Check the status of the state, or call :meth:`State.require`.
         """
-        control, name, given = loading.controlled(
-            area=area, mean_gap=mean_gap, separation=separation, pressure=pressure
-        )
-        target = loading.target(name, given)
+        held = {"area": area, "mean_gap": mean_gap, "separation": separation, "pressure": pressure}
+        control, name, given = loading.controlled(**held)
         problem, imprint, gap = self.problem, None, None
         if isinstance(start, State):
-            before = [start.found]
-            problem, imprint, start = settled(problem, before), before[0].imprint, before[0].gap
+            problem, imprint, start = settled(problem, [start.found]), start.found.imprint, start.gap
         if start is not None:
             gap = map_of("start", start, self.grid.shape)
-        found = loading.solve(problem, control, target, self.settings, gap, search=Search(self.area_tolerance))
+        goal, search = loading.target(name, given), Search(self.area_tolerance)
+        found = loading.solve(problem, control, goal, self.settings, gap, search=search)
         return State(self, replace(found, imprint=imprint))
 
     def path(
@@ -185,9 +183,8 @@ class Contact:
             Without it, retraction in steps longer than a tenth of the range may lose contacts early.
         progress : called with each state as it is found.
         """
-        control, name, given = loading.controlled(
-            area=area, mean_gap=mean_gap, separation=separation, pressure=pressure
-        )
+        held = {"area": area, "mean_gap": mean_gap, "separation": separation, "pressure": pressure}
+        control, name, given = loading.controlled(**held)
         targets = [loading.target(name, value) for value in several(name, given)]
         search = Search(self.area_tolerance, event_resolution=event_resolution)
         function("progress", progress)
@@ -246,10 +243,9 @@ class Contact:
         >>> round(found.work, 4)
         0.0023
         """
-        law_of = laws_of(wall, self.problem)
+        law_of, search = laws_of(wall, self.problem), Search(self.area_tolerance)
         number("area", area, above=0, below=1)
         number("width", width, above=0, below=1)
-        search = Search(self.area_tolerance)
         problem, found = bracket_threshold(self.problem, law_of, area, self.settings, search, width)
         return FoundThreshold(State(replace(self, wall=problem.wall), found), wall)
 
