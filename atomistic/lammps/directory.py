@@ -11,7 +11,7 @@ import re
 import string
 import textwrap
 from collections.abc import Mapping
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
 from typing import BinaryIO
@@ -258,7 +258,7 @@ def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
         digest.update(array.tobytes())
     wall, real, protocol = deck.wall, deck.model.real_units, deck.protocol
     heights = deck.heights
-    numbers: dict[str, object] = asdict(wall) if is_dataclass(wall) and not wall.knots else {}
+    numbers = {} if wall.knots else wall.numbers
     description = {
         "format": FORMAT,
         "identity": digest.hexdigest(),

@@ -4,6 +4,7 @@ Type, bounds, default and meaning of a key are those with which it is read.
 """
 
 import json
+import math
 import textwrap
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -14,7 +15,7 @@ from pydantic.fields import FieldInfo
 from continuum.files.inputs import load
 from continuum.files.tables import Document
 from continuum.files.toml import find, text_of
-from continuum.tables import Table, explained, tables_in
+from continuum.tables import Table, explained, limits_of, tables_in
 
 _WIDTH = 100
 _BOUNDS: Mapping[str, str] = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
@@ -62,21 +63,9 @@ def entries(model: type[Table], place: str = "") -> Iterator[TableEntry]:
 
 def _entry(name: str, field: FieldInfo) -> Entry:
     default = "" if field.is_required() else _toml(field.get_default(call_default_factory=True))
-    bounds = [
-        f"{_BOUNDS[name]} {getattr(limit, name):g}"
-        for limit in _limits(field)
-        for name in _BOUNDS
-        if getattr(limit, name, None) is not None
-    ]
+    bounds = [f"{_BOUNDS[name]} {bound:g}" for name, bound in limits_of(field).items()]
     kind = ", ".join([_words(field.annotation), *bounds])
     return Entry(name, kind, default, " ".join((field.description or "").split()))
-
-
-def _limits(field: FieldInfo) -> Iterator[Any]:
-    yield from field.metadata
-    for part in get_args(field.annotation):
-        for inner in getattr(part, "__metadata__", ()):
-            yield from getattr(inner, "metadata", ())
 
 
 def _words(annotation: Any) -> str:
@@ -96,7 +85,7 @@ def _words(annotation: Any) -> str:
 
 
 def _toml(value: Any) -> str:
-    return "not given" if value is None else text_of(value)
+    return "not given" if value in (None, math.inf) else text_of(value)
 
 
 def markdown(model: type[Document], title: str) -> str:
@@ -164,7 +153,7 @@ def _not_given(place: str, table: type[Table]) -> Iterator[str]:
 def _of_table(head: str, place: str, table: Table) -> list[str]:
     lines, inner = [head], list[str]()
     for name, field in explained(type(table)).items():
-        value = getattr(table, name)
+        value = table.value(name)
         if tables_in(field.annotation):
             inner += _described(f"{place}.{name}" if place else name, value, field)
             continue

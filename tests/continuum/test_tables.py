@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import pytest
 
@@ -10,20 +10,19 @@ from atomistic.config.deck import DeckConfig, DeckSurface
 from continuum.files.inputs import load
 from continuum.files.reference import markdown, schema
 from continuum.files.toml import ConfigError
-from continuum.model.surfaces import SurfaceTable
-from continuum.model.walls import LennardJonesSpline, Wall, WallTable
+from continuum.model.surface import Surface
+from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.runs.config import RunConfig
-from continuum.tables import Positive, tables_in
+from continuum.tables import Positive, TableFamily, tables_in
 
 INPUT = "inputs/smoke/nonadhesive.toml"
 
 
 @pytest.fixture
 def newcomer():
-    class Newcomer(WallTable):
+    class Newcomer(Wall, kind="newcomer"):
         """[wall] of law "newcomer"."""
 
-        law: Literal["newcomer", "also-newcomer"]
         strength: Positive
         """tells how strong it is"""
 
@@ -31,24 +30,34 @@ def newcomer():
             return LennardJonesSpline(self.strength)
 
     yield Newcomer
-    for name in ("newcomer", "also-newcomer"):
-        del WallTable.kinds[name]
+    del Wall.kinds["newcomer"]
 
 
-def test_a_kind_is_known_once_it_is_defined(newcomer: type[WallTable]) -> None:
-    for name in ("newcomer", "also-newcomer"):
-        config = load(INPUT, RunConfig, {"wall": {"law": name, "strength": 0.25}})
-        assert type(config.wall) is newcomer
-        assert config.wall.build() == LennardJonesSpline(0.25)
-        assert config.wall.plain() == {"law": name, "strength": 0.25}
+def test_a_kind_is_known_once_it_is_defined(newcomer: type[Wall]) -> None:
+    config = load(INPUT, RunConfig, {"wall": {"law": "newcomer", "strength": 0.25}})
+    assert type(config.wall) is newcomer
+    assert config.wall.build() == LennardJonesSpline(0.25)
+    assert config.wall.plain() == {"law": "newcomer", "strength": 0.25}
+    assert config.wall == newcomer(0.25)
     assert RunConfig(**dict(config)).wall is config.wall  # a table that is there is taken as it is
     # Its source is read when that is shown, not when a program begins.
     assert newcomer.model_fields["strength"].description is None
-    assert 'with `law = "newcomer" or "also-newcomer"`' in markdown(RunConfig, "Keys")
+    assert 'with `law = "newcomer"`' in markdown(RunConfig, "Keys")
     assert "tells how strong" in schema(RunConfig)
 
 
-def test_its_faults_are_told_in_its_words(newcomer: type[WallTable]) -> None:
+def test_a_key_with_fixed_names_names_several_kinds() -> None:
+    class Family(TableFamily):
+        kind_key: ClassVar[str] = "kind"
+
+    class Both(Family):
+        kind: Literal["one", "other"]
+
+    assert Family.kinds == {"one": Both, "other": Both}
+    assert Both.model_validate({"kind": "other"}).plain() == {"kind": "other"}
+
+
+def test_its_faults_are_told_in_its_words(newcomer: type[Wall]) -> None:
     for given, words in (
         ({"law": "newcomer", "strength": -1.0}, "greater than 0 (tells how strong it is)"),
         ({"law": "newcomer", "strength": 1.0, "range": 1.0}, "it belongs to another kind of [wall]"),
@@ -71,6 +80,6 @@ def test_a_kind_that_is_not_defined_is_refused() -> None:
 
 
 def test_a_family_below_another_has_the_kinds_of_both() -> None:
-    assert set(DeckSurface.kinds) == {*SurfaceTable.kinds, "topography"}
-    assert "topography" not in SurfaceTable.kinds
+    assert set(DeckSurface.kinds) == {*Surface.kinds, "topography"}
+    assert "topography" not in Surface.kinds
     assert len(tables_in(DeckConfig.model_fields["surface"].annotation)) == len(DeckSurface.kinds)

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import continuum as c
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.walls import Wall, WallTable
+from continuum.model.walls import Wall
 from tests.problems import Rough
 
 ROUGH = Rough(48)
@@ -125,7 +125,7 @@ def in_a0(law: str, control: str, value: float) -> c.State:
     return press(c.Contact(ROUGH.heights(), wall=LAWS[law](1.0, 1.0)), control, value).require()
 
 
-@pytest.mark.parametrize("law", sorted(WallTable.kinds))
+@pytest.mark.parametrize("law", sorted(Wall.kinds))
 @given(exponent=st.floats(-3, 3), given=st.sampled_from([*GIVEN, ("area", 0.03), ("pressure", -0.001)]))
 @example(exponent=-3.0, given=("area", 0.2))
 @example(exponent=-3.0, given=("pressure", 0.01))

@@ -122,7 +122,7 @@ def test_a_surface_finer_than_the_grid_is_refused() -> None:
 
 
 def test_a_surface_without_modes_is_refused() -> None:
-    with pytest.raises(ArgumentError, match=r"lambda_s = 40: allowed: .*no wavevector"):
+    with pytest.raises(ArgumentError, match=r"lambda_s = 40.0: allowed: .*no wavevector"):
         SelfAffine(0.8, 0.1, 40, 80).synthesise(Grid.square(32), np.random.default_rng(0))
 
 

@@ -114,6 +114,7 @@ def stored_anew() -> dict[str, Any]:
     for key, changes in CHANGES.items():
         found[key] = [identity(changed(key, i)) for i in range(len(changes))]
     found["texts"] = {
-        key: [json.loads(resolved(changed(key, i)))[key] for i in range(len(changes))] for key, changes in CHANGES.items()
+        key: [json.loads(resolved(changed(key, i)))[key] for i in range(len(changes))]
+        for key, changes in CHANGES.items()
     }
     return found
