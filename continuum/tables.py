@@ -3,7 +3,7 @@
 A table of a TOML file is a frozen :class:`Table`.  A key that is unknown, of the wrong type or out of range is a
 fault, and so is whatever a method marked :func:`constraint` finds where keys contradict one another.  Where a table
 comes in several kinds, it is a :class:`TableFamily`: each subclass is one kind, and an input knows it as soon as it is
-defined.  What Python makes as well, a wall or a substrate, is :class:`Described`: one class, whose fields are the
+defined.  What Python makes as well, a wall or a substrate, is :class:`Description`: one class, whose fields are the
 arguments in Python and the keys of an input, with bounds that are said once, in their annotations.
 
 Validation has one mechanism and two doors: :mod:`continuum.files.inputs` tells of all faults of a file with their
@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from inspect import Parameter, Signature, isfunction, signature
+from inspect import Parameter, Signature, isfunction
 from itertools import chain, pairwise
 from numbers import Real
 from pathlib import Path
@@ -157,10 +157,10 @@ class Table(BaseModel):
     def _consistent(self) -> Self:
         faults = [fault for method in self.constraints for fault in method(self)]
         if faults:
-            text = "; ".join(f"{'.'.join(map(str, f.key))}: allowed: {f.allowed}" for f in faults)
-            name = ".".join(map(str, faults[0].key))
+            places = [".".join(map(str, fault.key)) for fault in faults]
+            text = "; ".join(f"{place}: allowed: {f.allowed}" for place, f in zip(places, faults, strict=True))
             allowed = f"{faults[0].allowed}: {faults[0].cause}".removesuffix(": ")
-            first = name, getattr(self, name, None), allowed
+            first = places[0], getattr(self, places[0], None), allowed
             raise PydanticCustomError("inconsistent", "{text}", {"text": text, "first": first})
         return self
 
@@ -169,19 +169,15 @@ class Table(BaseModel):
 
         With ``identity``, without keys that do not change results.
         """
-        left_out = self.not_identity | {name for name in self.newer if self.has_default(name)} if identity else set()
-        names = [name for name in type(self).model_fields if name not in left_out]
+        fields = type(self).model_fields
+        absent = {name for name in self.newer if self.value(name) == fields[name].get_default()}
+        names = [name for name in fields if not (identity and name in self.not_identity | absent)]
         named = {self.kind_key: self.kind_name} if self.kind_name else {}
         return named | {name: _plain(self.value(name), identity) for name in names}
 
     def value(self, name: str) -> Any:
         """The value of a key as it was given, or its default."""
         return self.kind_name if self.kind_name and name == self.kind_key else getattr(self, name)
-
-    def has_default(self, name: str) -> bool:
-        """Whether a key has its default value."""
-        field = type(self).model_fields.get(name)
-        return field is not None and not field.is_required() and bool(self.value(name) == field.get_default())
 
 
 class TableFamily(Table):
@@ -258,7 +254,7 @@ class _Arguments(ModelMetaclass):
             return super().__new__(cls, *args, **options)
 
 
-class Described(TableFamily, metaclass=_Arguments):
+class Description(TableFamily, metaclass=_Arguments):
     """What an input describes and Python makes, with the same fields: a wall, a substrate, a surface.
 
     The fields are the arguments in Python, by position or by name, and the keys of a table.  Objects are immutable;
@@ -275,10 +271,7 @@ class Described(TableFamily, metaclass=_Arguments):
         if len(values) > len(fields) or not given.keys().isdisjoint(named):
             raise TypeError(f"{type(self).__name__} has the arguments {', '.join(fields)}, each once")
         for name, value in (given | named).items():
-            kept = (
-                isinstance(value, np.ndarray) and name in fields and get_origin(fields[name].annotation) is np.ndarray
-            )
-            given[name] = value if kept else plain(value)
+            given[name] = value if isinstance(value, np.ndarray) and value.ndim else plain(value)
         try:
             self.__pydantic_validator__.validate_python(given, self_instance=self)
         except ValidationError as error:
@@ -294,14 +287,10 @@ class Described(TableFamily, metaclass=_Arguments):
 
     @classmethod
     def __pydantic_on_complete__(cls) -> None:
-        kind, none = Parameter.POSITIONAL_OR_KEYWORD, Parameter.empty
-        cls.__signature__ = signature(cls.__init__).replace(
-            parameters=[*signature(cls.__init__).parameters.values()][1:]
-        )
-        if cls.__init__ is Described.__init__:
-            fields = cls.model_fields.items()
-            defaults = [(name, none if field.is_required() else field.get_default()) for name, field in fields]
-            cls.__signature__ = Signature([Parameter(name, kind, default=default) for name, default in defaults])
+        if cls.__init__ is Description.__init__:
+            kind, given = Parameter.POSITIONAL_OR_KEYWORD, cls.model_fields.items()
+            defaults = {name: Parameter.empty if field.is_required() else field.default for name, field in given}
+            cls.__signature__ = Signature([Parameter(name, kind, default=value) for name, value in defaults.items()])
 
     @model_validator(mode="before")
     @classmethod
@@ -332,33 +321,23 @@ def plain(value: Any) -> Any:
     return float(value) if isinstance(value, Real) and not isinstance(value, int) else value
 
 
-@dataclass(frozen=True)
 class InInputs:
-    """Bounds of a number that hold in an input beside those of Python: there a mistaken unit is likely."""
+    """Bounds gt, ge, lt, le of a number, in an input only, beside those of Python: a mistaken unit is likely there."""
 
-    gt: float | None = None
-    ge: float | None = None
-    lt: float | None = None
-    le: float | None = None
+    def __init__(self, **bounds: float) -> None:
+        vars(self).update(bounds)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        narrow = SchemaValidator(core_schema.float_schema(gt=self.gt, ge=self.ge, lt=self.lt, le=self.le))
+        bounded = SchemaValidator(core_schema.float_schema(**vars(self)))
 
         def narrowed(value: Any, inner: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
             found = inner(value)
-            if info.context is not None and found is not None:
-                narrow.validate_python(found)
-            return found
+            return found if info.context is None or found is None else bounded.validate_python(found)
 
         return core_schema.with_info_wrap_validator_function(narrowed, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        names = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
-        return handler(schema) | {names[name]: bound for name, bound in self.bounds}
-
-    @property
-    def bounds(self) -> list[tuple[str, float]]:
-        return [(name, bound) for name, bound in vars(self).items() if bound is not None]
+        return handler(schema) | handler(core_schema.float_schema(**vars(self)))
 
 
 _LIMITS = {"gt": "greater than", "ge": "greater than or equal to", "lt": "less than", "le": "less than or equal to"}
@@ -399,27 +378,26 @@ def _argument_error(table: type[Table], fault: ErrorDetails) -> Exception:
     return ArgumentError(name, tuple(given.values()) if arguments and isinstance(given, dict) else given, allowed)
 
 
+_OF_NUMBERS = ("float_type", "finite_number", "greater_than", "greater_than_equal", "less_than", "less_than_equal")
+_PLAINLY = {"bool_type": "True or False", "too_long": "a list of at most {max_length} entries", "tuple_type": "a list"}
+
+
 def _allowed(fault: ErrorDetails, field: FieldInfo | None) -> str:
     """What an argument may be, in the words of :mod:`continuum.arguments`."""
-    kind = fault["type"]
+    kind, annotation, limits = fault["type"], None, {}
+    if field:
+        annotation, limits = field.annotation, limits_of(field, in_inputs=False)
     if kind == "literal_error":
-        choices = get_args(field.annotation) if field else ()
-        return ("one of " if len(choices) > 1 else "") + ", ".join(f'"{each}"' for each in choices)
-    if kind in ("tuple_type", "too_short", "too_long"):
-        most = next((m.max_length for m in field.metadata if hasattr(m, "max_length")), None) if field else None
-        return f"a list of at most {most} entries" if most else "a list"
-    if kind == "bool_type":
-        return "True or False"
-    limits = limits_of(field, in_inputs=False) if field else {}
-    if kind.startswith("int_") or (field and field.annotation is int and kind in _OF_NUMBERS):
-        return f"a whole number from {limits.get('ge', 0)}" + (f" to {limits['le']}" if "le" in limits else " on")
-    if kind in _OF_NUMBERS:
+        return "one of " + ", ".join(f'"{choice}"' for choice in get_args(annotation))
+    if kind == "missing":
+        return f"{len(get_args(annotation))} entries"
+    if kind in _OF_NUMBERS and annotation is not int:
         words = " and ".join(f"{_LIMITS[name]} {bound:g}" for name, bound in limits.items())
         return f"a finite number {words}".rstrip()
-    return fault["msg"].removeprefix("Input should be ")
-
-
-_OF_NUMBERS = ("float_type", "finite_number", "greater_than", "greater_than_equal", "less_than", "less_than_equal")
+    if kind in (*_OF_NUMBERS, "int_type"):
+        return f"a whole number from {limits.get('ge', 0):g} on"
+    said = _PLAINLY.get(kind, fault["msg"].removeprefix("Input should be "))
+    return said.format(**fault.get("ctx", {}))
 
 
 @cache

@@ -10,7 +10,7 @@ from continuum.arguments import ArgumentError, field, number, pair
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments, Surface, shifted
-from continuum.tables import Described, Fault, Seed, both_directions, constraint
+from continuum.tables import Description, Fault, Seed, both_directions, constraint
 
 _FARTHEST = 1e6
 _SHIFT = "two numbers [x, y], in a0"
@@ -43,7 +43,7 @@ def against(grid: Grid, heights: Real, other: Real, shift: tuple[float, float], 
     return heights - shifted(grid, turned(grid, field("other", other, grid.shape), angle), (along_x, along_y))
 
 
-class Counterface(Described):
+class Counterface(Description):
     """[counterface]: a second rough body, below the surface; E* is that of both."""
 
     newer: ClassVar[frozenset[str]] = frozenset({"shift_seed"})

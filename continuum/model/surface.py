@@ -12,7 +12,7 @@ from pydantic import Field
 from continuum.arguments import ArgumentError, field, instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.tables import Described, Fault, Fraction, Positive, constraint
+from continuum.tables import Description, Fault, Fraction, Positive, constraint
 
 SMALLEST_SLOPE, LARGEST_SLOPE = 1e-100, 10.0
 """Bounds of the rms slope: below, its square underflows; above, heights are probably in other units than a0."""
@@ -52,7 +52,7 @@ def moments(grid: Grid, heights: Real) -> Moments:
     return found
 
 
-class Surface(Described):
+class Surface(Description):
     """[surface]: heights of the rigid wall."""
 
     kind_key: ClassVar[str] = "kind"

@@ -10,7 +10,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import LONGEST, Grid
 from continuum.model.layered import Solid, layered_stiffness
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, Poisson, with_mean
-from continuum.tables import Described, Fault, constraint
+from continuum.tables import Description, Fault, constraint, plain
 
 CONTRAST = 1e12
 """Largest ratio of a modulus to E*, or its inverse: beyond it one material is rigid compared with another."""
@@ -27,7 +27,7 @@ def _other_unit(moduli: Sequence[float]) -> str:
     return f"contact moduli in E*: one is 1, or some are above and some below, not all from {least:g} to {most:g}"
 
 
-class Base(Described):
+class Base(Description):
     """[substrate.base]: the half-space below."""
 
     contact_modulus: Modulus
@@ -36,7 +36,7 @@ class Base(Described):
     """Poisson's ratio"""
 
 
-class Film(Described):
+class Film(Description):
     """One of the layers of [substrate]."""
 
     thickness: Annotated[float, Field(gt=0, le=LONGEST)]
@@ -72,7 +72,7 @@ class LayeredHalfSpace(PeriodicResponse, kind="layered-half-space"):
         base: tuple[float, float] | Base,
         mean: MeanMode = "clamped",
     ) -> None:
-        self._take(layers, base, mean)
+        self._take(plain(layers), plain(base), mean)
 
     @constraint
     def _unit(self) -> Iterator[Fault]:

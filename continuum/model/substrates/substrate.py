@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.tables import Described
+from continuum.tables import Description
 
 _NAMED = {"clamped": np.inf, "free": 0.0}
 
@@ -42,7 +42,7 @@ Poisson = Annotated[float, Field(gt=-1, le=0.5)]
 """Poisson's ratio."""
 
 
-class Response(Described):
+class Response(Description):
     """[substrate]: elastic response."""
 
     kind_key: ClassVar[str] = "response"

@@ -5,14 +5,14 @@ from functools import cached_property
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.spline import LARGEST_RANGE
 from continuum.model.walls.wall import CORE, NOT_GIVEN, Instead, Wall
-from continuum.tables import Fault, Fraction, InInputs, constraint
+from continuum.tables import Fault, Fraction, InInputs, constraint, plain
 
 _Power = Annotated[int, Field(ge=2)]
 
@@ -28,7 +28,7 @@ class InversePowers(Wall):
     instead: ClassVar[Mapping[str, str]] = {"adhesion_length": "minimum_stiffness"}
     zero_gap: ClassVar[float] = 1.0
 
-    powers: tuple[_Power, _Power]
+    powers: Annotated[tuple[_Power, _Power], BeforeValidator(plain)]
     """whole powers (m, n) of the energy, m > n > 1"""
     minimum_stiffness: Annotated[float, Field(gt=0), Instead] = NOT_GIVEN
     """stiffness per area at the minimum, in E*/a0; instead of adhesion_length"""

@@ -19,7 +19,7 @@ from continuum.arguments import array
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
-from continuum.tables import Described, Fault, constraint
+from continuum.tables import Description, Fault, constraint
 from continuum.theory import paper
 
 CORE = 0.7
@@ -37,7 +37,7 @@ class Interaction(NamedTuple):
     """d²energy/d gap² = -d traction/d gap, in E*/a0; negative where the law softens."""
 
 
-class Wall(Described):
+class Wall(Description):
     """[wall]: law between wall and surface; lengths are in a0, tractions in E*."""
 
     kind_key: ClassVar[str] = "law"

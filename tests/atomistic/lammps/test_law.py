@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +18,7 @@ from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.law import LAWS, native_law, read_wall_table
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls.inverse_powers import LennardJones93
 from continuum.model.walls.tabulated import TabulatedWall
 
 
@@ -175,18 +176,33 @@ def test_the_written_table_is_the_law(tmp_path, name):
         assert (read_wall_table(tmp_path / "wall.table").gap == wall.gap).all()
 
 
-@dataclass(frozen=True)
 class Newcomer(Exponential):
-    """A law that is added to the table of formulas, and nowhere else."""
+    """A law that is added to the table of formulas, or has none."""
 
 
 def test_a_new_law_is_written_and_read_by_its_line_in_one_table(tmp_path, monkeypatch):
-    wall = Newcomer(0.01, 0.2, 3.0)
-    with pytest.raises(TypeError, match="the wall law Newcomer cannot act in a deck"):
-        native_law(wall)
     monkeypatch.setitem(LAWS, Newcomer, LAWS[Exponential])
-    run_in_process(write_deck(tmp_path / "new", spread(wall)))
-    assert a.read(tmp_path / "new").wall == wall
+    run_in_process(write_deck(tmp_path / "new", spread(Newcomer(0.01, 0.2, 3.0))))
+    assert a.read(tmp_path / "new").wall == Newcomer(0.01, 0.2, 3.0)
+
+
+@pytest.mark.parametrize("wall", [Newcomer(0.02, 0.2, 3.0), LennardJones93(adhesion_length=0.02)])
+def test_a_law_without_a_formula_is_written_in_pieces_and_read_as_a_table(tmp_path, wall):
+    deck = spread(wall)
+    result = run_in_process(write_deck(tmp_path, deck))
+    law, stated = wall.evaluate(result.gap), native_law(wall).error
+    within = result.gap > native_start(wall)
+    # Where the stiffness of an exponential jumps, by 3 E*/a0, a piece of 10 a0/4096 errs by less than 3/4 of that.
+    assert 0 < stated < 2e-3
+    assert np.abs(result.traction - law.traction)[within].max() <= 1.1 * stated
+    read = a.read(tmp_path).wall
+    assert type(read) is TabulatedWall
+    assert np.abs(read.evaluate(result.gap).traction - law.traction)[within].max() <= stated
+
+
+def native_start(wall: Wall) -> float:
+    """Gap below which a table goes on with constant stiffness."""
+    return float(vectors(native_law(wall).lines)["beginning"][0])
 
 
 @pytest.mark.parametrize("name", WALLS)
