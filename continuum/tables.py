@@ -261,6 +261,9 @@ class Description(TableFamily, metaclass=_Arguments):
     they compare, hash and pickle by their fields.  In an input a bound may be narrower: :class:`InInputs`.
     """
 
+    example: ClassVar[Mapping[str, Any]]
+    """Keys of one object of this kind, of which what holds for every kind is tested."""
+
     def __init__(self, *values: Any, **named: Any) -> None:
         self._take(*values, **named)
 
@@ -281,6 +284,11 @@ class Description(TableFamily, metaclass=_Arguments):
     def __pydantic_init_subclass__(cls, *, kind: str = "", **options: Any) -> None:
         super().__pydantic_init_subclass__(kind=kind, **options)
         cls.__pydantic_custom_init__ = False  # __init__ is the door of Python alone
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(
+            f"a {type(self).__name__} is immutable: model_copy(update={{{name!r}: ...}}) makes another"
+        )
 
     def __str__(self) -> str:
         return repr(self)

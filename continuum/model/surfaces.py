@@ -3,8 +3,8 @@
 Heights are those of the rigid wall above its mean plane, in a0, shape ``grid.shape``.
 """
 
-from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -29,6 +29,7 @@ HIGHEST = 1e30
 class SelfAffineSurface(SelfAffineSpectrum, kind="self-affine"):
     """[surface] of kind "self-affine": the paper's random surface."""
 
+    example: ClassVar[Mapping[str, Any]] = {"hurst": 0.8, "lambda_s": 4.0, "lambda_L": 8.0, "seed": 1, "rms_slope": 0.1}
     newer: ClassVar[frozenset[str]] = frozenset({"rms_height"})
     sizes: ClassVar[tuple[str, ...]] = ("rms_slope", "rms_height")
 
@@ -90,6 +91,7 @@ class SelfAffineSurface(SelfAffineSpectrum, kind="self-affine"):
 class SineSurface(Surface, kind="sine"):
     """[surface] of kind "sine"."""
 
+    example: ClassVar[Mapping[str, Any]] = {"amplitude": 0.1, "waves": (1, 2)}
     sizes: ClassVar[tuple[str, ...]] = ("amplitude",)
 
     amplitude: Annotated[float, Field(ge=-HIGHEST, le=HIGHEST), InInputs(gt=0)]
@@ -146,6 +148,7 @@ def _from_centre(grid: Grid) -> tuple[Real, Real]:
 class SphereSurface(Surface, kind="sphere"):
     """[surface] of kind "sphere"."""
 
+    example: ClassVar[Mapping[str, Any]] = {"radius": 50.0}
     sizes: ClassVar[tuple[str, ...]] = ("radius",)
 
     radius: Positive
@@ -164,6 +167,7 @@ def sphere(grid: Grid, radius: float) -> Real:
 class CylinderSurface(Surface, kind="cylinder"):
     """[surface] of kind "cylinder"."""
 
+    example: ClassVar[Mapping[str, Any]] = {"radius": 50.0}
     sizes: ClassVar[tuple[str, ...]] = ("radius",)
 
     radius: Positive
@@ -185,6 +189,7 @@ def cylinder(grid: Grid, radius: float, axis: int = 1) -> Real:
 class PunchSurface(Surface, kind="punch"):
     """[surface] of kind "punch": round, flat, with a rounded edge."""
 
+    example: ClassVar[Mapping[str, Any]] = {"flat_radius": 2.0, "edge_radius": 20.0}
     sizes: ClassVar[tuple[str, ...]] = ("edge_radius",)
 
     flat_radius: Annotated[float, Field(ge=0), InInputs(gt=0)]

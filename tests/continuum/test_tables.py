@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+import copy
+import inspect
+import json
+import pickle
+from typing import Any, ClassVar, Literal
 
+import hypothesis
 import pytest
+from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from atomistic.config.deck import DeckConfig, DeckSurface
+from continuum.arguments import ArgumentError
 from continuum.files.inputs import load
 from continuum.files.reference import markdown, schema
+from continuum.files.tables import frozen
 from continuum.files.toml import ConfigError
 from continuum.model.surface import Surface
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.runs.config import RunConfig
-from continuum.tables import Positive, TableFamily, tables_in
+from continuum.tables import Positive, TableFamily, limits_of, plain, tables_in
+from tests.continuum.test_arguments import ANYTHING
+from tests.kinds import KINDS, made
 
 INPUT = "inputs/smoke/nonadhesive.toml"
 
@@ -83,3 +94,37 @@ def test_a_family_below_another_has_the_kinds_of_both() -> None:
     assert set(DeckSurface.kinds) == {*Surface.kinds, "topography"}
     assert "topography" not in Surface.kinds
     assert len(tables_in(DeckConfig.model_fields["surface"].annotation)) == len(DeckSurface.kinds)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_kind_is_one_thing_for_python_and_for_inputs(name: str) -> None:
+    kind, one = KINDS[name], made(KINDS[name])
+    read = kind.model_validate({kind.kind_key: name, **kind.example}, context={})
+    assert one == read == one.model_copy() == pickle.loads(pickle.dumps(one)) == copy.deepcopy(one)
+    assert hash(one) == hash(read)
+    stored = frozen(json.loads(json.dumps(one.plain(), allow_nan=False)))
+    assert kind.model_validate(stored, context={"restored": True}) == one
+    assert stored[kind.kind_key] == name
+    assert [*inspect.signature(kind).parameters] == [*kind.model_fields] or "__init__" in vars(kind)
+    for key in kind.model_fields:
+        with pytest.raises(AttributeError, match="immutable"):
+            setattr(one, key, 1)
+
+
+@pytest.mark.parametrize(("name", "key"), [(name, key) for name, kind in KINDS.items() for key in kind.model_fields])
+@hypothesis.given(value=st.one_of(ANYTHING, st.floats(0.01, 10), st.integers(-3, 20)))
+@hypothesis.settings(max_examples=25)
+def test_what_an_input_takes_python_takes_and_both_refuse_the_same(name: str, key: str, value: Any) -> None:
+    """But for bounds that only inputs have, and for infinity, which an input says by leaving a key out."""
+    kind = KINDS[name]
+    try:
+        one = made(kind).model_copy(update={key: value})
+    except ArgumentError:
+        one = None
+    try:
+        read = kind.model_validate({**kind.example, key: plain(value)}, context={})
+    except ValidationError:
+        read = None
+    field = kind.model_fields[key]
+    narrower = value == float("inf") or limits_of(field) != limits_of(field, in_inputs=False)
+    assert one == read or (read is None and narrower)

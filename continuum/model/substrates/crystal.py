@@ -1,9 +1,10 @@
 """The cubic crystal, a half-space or a layer on a rigid base."""
 
-from collections.abc import Iterator, Sequence
-from typing import ClassVar
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from continuum.arguments import ArgumentError, instance
 from continuum.model.cubic import (
@@ -14,9 +15,9 @@ from continuum.model.cubic import (
     surface_stiffness,
 )
 from continuum.model.fourier import Real
-from continuum.model.grid import Grid
+from continuum.model.grid import LONGEST, Grid
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, with_mean
-from continuum.tables import Fault, OrInfinite, Positive, constraint, plain
+from continuum.tables import Fault, OrInfinite, constraint, plain
 
 OTHER_MEAN = 1.5
 """Largest factor between E* and 1: different means over directions differ by less (fcc metals: 1.2)."""
@@ -29,13 +30,14 @@ class CubicLayer(PeriodicResponse, kind="crystal"):
     :attr:`compressive_stiffness` is the mean mode of the layer itself.
     """
 
+    example: ClassVar[Mapping[str, Any]] = {"c11": 1.2, "c12": 0.6, "c44": 0.5, "depth": 4.0, "mean": 0.3}
     newer: ClassVar[frozenset[str]] = frozenset({"axis"})
 
-    c11: Positive
+    c11: Annotated[float, Field(gt=0, le=LONGEST)]
     """elastic constant, in E*"""
-    c12: float
+    c12: Annotated[float, Field(ge=-LONGEST, le=LONGEST)]
     """elastic constant, in E*"""
-    c44: Positive
+    c44: Annotated[float, Field(gt=0, le=LONGEST)]
     """elastic constant, in E*"""
     mean: MeanMode
     """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
@@ -61,7 +63,11 @@ class CubicLayer(PeriodicResponse, kind="crystal"):
         if not (self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
             yield Fault(("c12",), "C11 > |C12| and C11 + 2 C12 > 0, or the crystal is not stable")
             return
-        modulus = contact_modulus(self.constants)
+        try:
+            modulus = contact_modulus(self.constants)
+        except ValueError as error:
+            yield Fault(("c44",), f"the ratio of constants that a crystal has: {error}")
+            return
         if not 1 / OTHER_MEAN <= modulus <= OTHER_MEAN:
             allowed = f"constants of a contact modulus of about 1, in E*; of these it is {modulus:.6g}"
             yield Fault(("c11",), allowed, f"constants in another unit than E*: divide all three by {modulus:.6g}")

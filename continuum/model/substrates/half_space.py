@@ -1,5 +1,8 @@
 """The isotropic half-space."""
 
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
 from continuum.arguments import instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -12,6 +15,8 @@ class HalfSpace(PeriodicResponse, kind="half-space"):
     E* is the unit of all tractions of wall and substrate.  The mean "clamped" is the paper's: an incompressible
     substrate on a rigid base.
     """
+
+    example: ClassVar[Mapping[str, Any]] = {"mean": "clamped"}
 
     mean: MeanMode
     """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""

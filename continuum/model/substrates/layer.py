@@ -1,5 +1,8 @@
 """An isotropic layer on a rigid base."""
 
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
 import numpy as np
 
 from continuum.arguments import instance
@@ -22,6 +25,8 @@ class Layer(PeriodicResponse, kind="layer"):
     alone (K_q = E* 3/(4 q² depth³) to leading order): to 1e-12 at any depth and Poisson ratio.
     :attr:`compressive_stiffness` is the mean mode of the layer itself.
     """
+
+    example: ClassVar[Mapping[str, Any]] = {"depth": 5.0, "poisson": 0.3, "mean": "clamped"}
 
     depth: Positive
     """thickness, in a0"""

@@ -1,7 +1,7 @@
 """Isotropic layers on a half-space."""
 
-from collections.abc import Iterator, Sequence
-from typing import Annotated
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -58,6 +58,12 @@ class LayeredHalfSpace(PeriodicResponse, kind="layered-half-space"):
     In Python layers are tuples (thickness in a0, contact modulus in E*, Poisson's ratio), and so is the base (contact
     modulus in E*, Poisson's ratio).
     """
+
+    example: ClassVar[Mapping[str, Any]] = {
+        "layers": ({"thickness": 2.0, "contact_modulus": 1.0, "poisson": 0.3},),
+        "base": {"contact_modulus": 0.4, "poisson": 0.5},
+        "mean": "clamped",
+    }
 
     layers: Annotated[tuple[Film, ...], Field(max_length=MOST_LAYERS)]
     """from the surface down: {thickness, contact_modulus, poisson} of each"""

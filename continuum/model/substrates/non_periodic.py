@@ -1,6 +1,7 @@
 """The isotropic half-space without periodic images."""
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from continuum.arguments import ArgumentError, instance
 from continuum.model.fourier import Real
@@ -21,6 +22,7 @@ class NonPeriodicHalfSpace(Response, kind="non-periodic-half-space"):
     the mean displacement of a window is not an independent mode.
     """
 
+    example: ClassVar[Mapping[str, Any]] = {}
     repeats: ClassVar[bool] = False
 
     def stiffness(self, grid: Grid) -> Real:

@@ -1,6 +1,7 @@
 """Laws with independent work of adhesion, range and core stiffness; in the paper's law two of them fix the third."""
 
-from typing import ClassVar, Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import scipy
@@ -21,6 +22,12 @@ _KNOTS = 101
 class AttractionOnCore(Wall, kind="attraction-on-core"):
     """[wall] of law "attraction-on-core": independent work of adhesion, range and core stiffness."""
 
+    example: ClassVar[Mapping[str, Any]] = {
+        "shape": "spline",
+        "adhesion_length": 0.005,
+        "effective_range": 0.3,
+        "core_stiffness": 2.0,
+    }
     newer: ClassVar[frozenset[str]] = frozenset({"core_depth"})
     work_key: ClassVar[str] = "adhesion_length"
 

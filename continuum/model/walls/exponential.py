@@ -1,7 +1,8 @@
 """The exponential wall law."""
 
+from collections.abc import Mapping
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -19,6 +20,7 @@ class Exponential(Wall, kind="exponential"):
     z = -γ/(ρ K), and the work of adhesion is γ + γ²/(2 ρ² K).
     """
 
+    example: ClassVar[Mapping[str, Any]] = {"surface_energy": 0.01, "decay_length": 0.3, "core_stiffness": 2.0}
     core: ClassVar[float] = -np.inf
     """A harmonic core holds at any gap."""
 

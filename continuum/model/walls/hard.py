@@ -1,6 +1,7 @@
 """The hard wall: it only bounds the gap."""
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ class HardWall(Wall, kind="hard"):
     without hardening: Almqvist, Sahlin, Larsson and Glavatskih, Tribol. Int. 40, 574 (2007).
     """
 
+    example: ClassVar[Mapping[str, Any]] = {}
     newer: ClassVar[frozenset[str]] = frozenset({"hardness"})
     has_law: ClassVar[bool] = False
     equivalent_range: ClassVar[float] = 0.0

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -69,6 +69,7 @@ class InversePowers(Wall):
 class LennardJones93(InversePowers, kind="lennard-jones-9-3"):
     """[wall] of law "lennard-jones-9-3", without cut-off: a 12-6 potential over a half-space of atoms."""
 
+    example: ClassVar[Mapping[str, Any]] = {"adhesion_length": 0.02}
     newer: ClassVar[frozenset[str]] = frozenset({"minimum_stiffness"})
     powers: ClassVar[tuple[int, int]] = (9, 3)  # type: ignore[misc]
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -34,6 +34,7 @@ class LennardJonesSpline(Wall, kind="lennard-jones-spline"):
     repulsive wall of the paper's nonadhesive runs.
     """
 
+    example: ClassVar[Mapping[str, Any]] = {"adhesion_length": 0.005}
     newer: ClassVar[frozenset[str]] = frozenset({"minimum_stiffness"})
     work_key: ClassVar[str] = "adhesion_length"
     instead: ClassVar[Mapping[str, str]] = {"adhesion_length": "range"}

@@ -20,6 +20,7 @@ from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJ
 from continuum.model.walls.attraction import AttractionOnCore, Shape, attraction_on_core
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.theory import paper
+from tests.kinds import IN_UNITS
 
 RANGES = [0.10954, 0.34641, 1.09545]
 
@@ -155,21 +156,10 @@ def test_an_attraction_on_a_core_refuses_what_has_no_meaning() -> None:
 
 
 LAWS: dict[str, Callable[[float], Wall]] = {
-    "exponential": lambda s: Exponential(0.005 * s, 0.3 * s, 2.0 / s),
-    "attraction-on-core": lambda s: attraction_on_core("spline", 0.005 * s, 0.3 * s, 2.0 / s),
-    "attraction-on-core, exponential": lambda s: attraction_on_core("exponential", 0.005 * s, 0.3 * s, 2.0 / s),
+    **{name: partial(made, 1.0) for name, made in IN_UNITS.items() if name != "hard"},
     "lennard-jones-spline": lambda s: LennardJonesSpline(0.35 * s, 0.5 / s),
-    "lennard-jones-9-3": lambda s: stretched(InversePowers((9, 3), adhesion_length=0.005), s),
-    "lennard-jones-12-6": lambda s: stretched(InversePowers((12, 6), adhesion_length=0.005), s),
-    "table": lambda s: stretched(InversePowers((8, 2), adhesion_length=0.005), s),
 }
 """Of each kind of law one whose lengths are s times as long, at the same tractions."""
-
-
-def stretched(law: Wall, s: float) -> TabulatedWall:
-    gap = law.zero_gap + np.linspace(-0.2, 4.0, 801)
-    traction = law.evaluate(gap).traction
-    return TabulatedWall(s * gap, traction - traction[-1])
 
 
 @pytest.mark.parametrize("kind", LAWS)
@@ -191,10 +181,6 @@ def test_a_law_of_any_length_knows_its_own_numbers(kind: str, exponent: float) -
     tensions = [wall.largest_tension_from(gap) for gap in beyond]
     assert tensions[0] == wall.largest_tension
     assert tensions[2] == near(-wall.evaluate(beyond[2]).traction.item())
-
-
-def test_all_kinds_of_laws_are_stretched() -> None:
-    assert {kind.partition(",")[0] for kind in LAWS} == {name for name, kind in Wall.kinds.items() if kind.has_law}
 
 
 @pytest.mark.parametrize("kind", LAWS)
