@@ -19,6 +19,7 @@ from continuum.model.substrates.substrate import MeanMode as MeanMode
 from continuum.model.substrates.substrate import PeriodicResponse as PeriodicResponse
 from continuum.model.substrates.substrate import Substrate as Substrate
 from continuum.model.substrates.substrate import Response as Response
+from continuum.model.substrates.substrate import with_mean as with_mean
 
 for _file in iter_modules(__path__):
     import_module(f"{__name__}.{_file.name}")
