@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from inspect import Parameter, Signature, isfunction
+from inspect import Parameter, Signature, isfunction, signature
 from itertools import chain, pairwise
 from numbers import Real
 from pathlib import Path
@@ -253,6 +253,15 @@ class _Arguments(ModelMetaclass):
             warnings.filterwarnings("ignore", "Field name .* shadows an attribute", UserWarning)
             return super().__new__(cls, *args, **options)
 
+    def _signature(cls: type[BaseModel]) -> Signature:  # type: ignore[misc]
+        own = signature(cls.__init__).parameters.values()
+        kind, fields = Parameter.POSITIONAL_OR_KEYWORD, cls.model_fields.items()
+        defaults = {name: Parameter.empty if field.is_required() else field.default for name, field in fields}
+        given = [Parameter(name, kind, default=value) for name, value in defaults.items()]
+        return Signature([*own][1:] if "__init__" in vars(cls) else given)
+
+    __signature__ = property(_signature, lambda cls, of_pydantic: None)
+
 
 class Description(TableFamily, metaclass=_Arguments):
     """What an input describes and Python makes, with the same fields: a wall, a substrate, a surface.
@@ -274,7 +283,7 @@ class Description(TableFamily, metaclass=_Arguments):
         if len(values) > len(fields) or not given.keys().isdisjoint(named):
             raise TypeError(f"{type(self).__name__} has the arguments {', '.join(fields)}, each once")
         for name, value in (given | named).items():
-            given[name] = value if isinstance(value, np.ndarray) and value.ndim else plain(value)
+            given[name] = value if isinstance(value, np.ndarray) and value.ndim else frozen(value)
         try:
             self.__pydantic_validator__.validate_python(given, self_instance=self)
         except ValidationError as error:
@@ -292,13 +301,6 @@ class Description(TableFamily, metaclass=_Arguments):
 
     def __str__(self) -> str:
         return repr(self)
-
-    @classmethod
-    def __pydantic_on_complete__(cls) -> None:
-        if cls.__init__ is Description.__init__:
-            kind, given = Parameter.POSITIONAL_OR_KEYWORD, cls.model_fields.items()
-            defaults = {name: Parameter.empty if field.is_required() else field.default for name, field in given}
-            cls.__signature__ = Signature([Parameter(name, kind, default=value) for name, value in defaults.items()])
 
     @model_validator(mode="before")
     @classmethod
@@ -318,14 +320,16 @@ class Description(TableFamily, metaclass=_Arguments):
         return copy
 
 
-def plain(value: Any) -> Any:
-    """NumPy's numbers and arrays, lists and fractions as floats, whole numbers and tuples."""
+def frozen(value: Any) -> Any:
+    """Lists and arrays as tuples, which strict models ask for; numbers of NumPy and fractions as those of Python."""
     if type(value) in (float, int, str):
         return value
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
+    if isinstance(value, dict):
+        return {key: frozen(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return tuple(map(plain, value))
+        return tuple(map(frozen, value))
     return float(value) if isinstance(value, Real) and not isinstance(value, int) else value
 
 

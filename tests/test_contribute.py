@@ -1,4 +1,4 @@
-"""What docs/contribute.md adds is one file, on a copy of the source: no list is touched, and it is tested as all kinds."""
+"""What docs/contribute.md adds is one file, on a copy of the source: no list is touched; tests of all kinds run it."""
 
 from __future__ import annotations
 

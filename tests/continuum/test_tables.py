@@ -17,12 +17,11 @@ from atomistic.config.deck import DeckConfig, DeckSurface
 from continuum.arguments import ArgumentError
 from continuum.files.inputs import load
 from continuum.files.reference import markdown, schema
-from continuum.files.tables import frozen
 from continuum.files.toml import ConfigError
 from continuum.model.surface import Surface
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.runs.config import RunConfig
-from continuum.tables import Positive, TableFamily, limits_of, plain, tables_in
+from continuum.tables import Positive, TableFamily, frozen, limits_of, tables_in
 from tests.continuum.test_arguments import ANYTHING
 from tests.kinds import KINDS, made
 
@@ -122,7 +121,7 @@ def test_what_an_input_takes_python_takes_and_both_refuse_the_same(name: str, ke
     except ArgumentError:
         one = None
     try:
-        read = kind.model_validate({**kind.example, key: plain(value)}, context={})
+        read = kind.model_validate({**kind.example, key: frozen(value)}, context={})
     except ValidationError:
         read = None
     field = kind.model_fields[key]

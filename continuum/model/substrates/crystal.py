@@ -17,7 +17,7 @@ from continuum.model.cubic import (
 from continuum.model.fourier import Real
 from continuum.model.grid import LONGEST, Grid
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, with_mean
-from continuum.tables import Fault, OrInfinite, constraint, plain
+from continuum.tables import Fault, OrInfinite, constraint, frozen
 
 OTHER_MEAN = 1.5
 """Largest factor between E* and 1: different means over directions differ by less (fcc metals: 1.2)."""
@@ -48,7 +48,7 @@ class CubicLayer(PeriodicResponse, kind="crystal"):
     those of the square of surface atoms"""
 
     def __init__(self, depth: float, constants: Sequence[float], mean: MeanMode, axis: float = np.pi / 4) -> None:
-        values, names = plain(constants), ("c11", "c12", "c44")
+        values, names = frozen(constants), ("c11", "c12", "c44")
         if not isinstance(values, tuple) or len(values) != 3:
             raise ArgumentError("constants", constants, "three elastic constants, (C11, C12, C44), in E*")
         try:

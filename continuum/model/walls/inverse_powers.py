@@ -12,7 +12,7 @@ from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.spline import LARGEST_RANGE
 from continuum.model.walls.wall import CORE, NOT_GIVEN, Instead, Wall
-from continuum.tables import Fault, Fraction, InInputs, constraint, plain
+from continuum.tables import Fault, Fraction, InInputs, constraint, frozen
 
 _Power = Annotated[int, Field(ge=2)]
 
@@ -28,7 +28,7 @@ class InversePowers(Wall):
     instead: ClassVar[Mapping[str, str]] = {"adhesion_length": "minimum_stiffness"}
     zero_gap: ClassVar[float] = 1.0
 
-    powers: Annotated[tuple[_Power, _Power], BeforeValidator(plain)]
+    powers: Annotated[tuple[_Power, _Power], BeforeValidator(frozen)]
     """whole powers (m, n) of the energy, m > n > 1"""
     minimum_stiffness: Annotated[float, Field(gt=0), Instead] = NOT_GIVEN
     """stiffness per area at the minimum, in E*/a0; instead of adhesion_length"""
