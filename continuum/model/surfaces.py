@@ -165,7 +165,7 @@ def sphere(grid: Grid, radius: float) -> Real:
 
 
 class CylinderSurface(Surface, kind="cylinder"):
-    """[surface] of kind "cylinder"."""
+    """[surface] of kind "cylinder": the lower side of a parabolic cylinder at the centre of the period."""
 
     example: ClassVar[Mapping[str, Any]] = {"radius": 50.0}
     sizes: ClassVar[tuple[str, ...]] = ("radius",)
@@ -180,14 +180,12 @@ class CylinderSurface(Surface, kind="cylinder"):
         return np.broadcast_to(_parabola(across**2, "radius", self.radius), grid.shape).copy()
 
 
-def cylinder(grid: Grid, radius: float, axis: int = 1) -> Real:
-    """The lower side of a parabolic cylinder of the given radius (in a0), along x (axis 0) or y (1), at the centre."""
-    along: tuple[Literal["x", "y"], ...] = ("x", "y")
-    return CylinderSurface(radius, along[count("axis", axis, 0, 1)]).build(instance("grid", grid, Grid))
-
-
 class PunchSurface(Surface, kind="punch"):
-    """[surface] of kind "punch": round, flat, with a rounded edge."""
+    """[surface] of kind "punch": round at the centre of the period, flat up to a radius, then rising as a parabola.
+
+    Heights (r - b)²/(2R) for r > b, b the flat and R the edge radius: the rounded punch of Ciavarella, Hills and
+    Monno, Proc. Inst. Mech. Eng. C 212, 319 (1998).
+    """
 
     example: ClassVar[Mapping[str, Any]] = {"flat_radius": 2.0, "edge_radius": 20.0}
     sizes: ClassVar[tuple[str, ...]] = ("edge_radius",)
@@ -202,12 +200,3 @@ class PunchSurface(Surface, kind="punch"):
         if not b < r.max():
             raise ArgumentError("flat_radius", b, f"below {r.max():g}: within the period, which needs an edge")
         return _parabola(np.maximum(r - b, 0.0) ** 2, "edge_radius", self.edge_radius)
-
-
-def punch(grid: Grid, flat_radius: float, edge_radius: float) -> Real:
-    """A round punch at the centre of the period: flat up to a radius, then rising as a parabola (both radii in a0).
-
-    Heights (r - b)²/(2R) for r > b, b the flat and R the edge radius: the rounded punch of Ciavarella, Hills and
-    Monno, Proc. Inst. Mech. Eng. C 212, 319 (1998).
-    """
-    return PunchSurface(flat_radius, edge_radius).build(instance("grid", grid, Grid))

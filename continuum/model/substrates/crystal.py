@@ -70,7 +70,7 @@ class CubicLayer(PeriodicResponse, kind="crystal"):
             return
         if not 1 / OTHER_MEAN <= modulus <= OTHER_MEAN:
             allowed = f"constants of a contact modulus of about 1, in E*; of these it is {modulus:.6g}"
-            yield Fault(("c11",), allowed, f"constants in another unit than E*: divide all three by {modulus:.6g}")
+            yield Fault(("c11",), allowed, "divide them, and all tractions, by that")
 
     @property
     def constants(self) -> CubicConstants:

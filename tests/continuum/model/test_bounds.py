@@ -16,7 +16,7 @@ from continuum.model.substrates import CubicLayer, LayeredHalfSpace, TabulatedSu
 from continuum.model.substrates.layer import Layer
 from continuum.model.substrates.layered_half_space import Film
 from continuum.model.surface import SelfAffine
-from continuum.model.surfaces import PunchSurface, SelfAffineSurface, SineSurface, cylinder, punch, sine, sphere
+from continuum.model.surfaces import CylinderSurface, PunchSurface, SelfAffineSurface, SineSurface, sine, sphere
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline
 from continuum.model.walls.inverse_powers import LennardJones93
 from continuum.tables import LARGEST_N
@@ -34,6 +34,10 @@ def table(mean: float = 1.0, other: float = 1.0) -> TabulatedSubstrate:
 
 def layers(thickness: float = 1.0, modulus: float = 1.0, poisson: float = 0.3) -> LayeredHalfSpace:
     return LayeredHalfSpace(((thickness, modulus, poisson),), (1.0, 0.3))
+
+
+def punch(flat_radius: float) -> np.ndarray:
+    return PunchSurface(flat_radius, 5.0).build(GRID)
 
 
 BOUNDS: list[tuple[Callable[..., Any], dict[str, Any], list[Any], list[Any]]] = [
@@ -58,9 +62,9 @@ BOUNDS: list[tuple[Callable[..., Any], dict[str, Any], list[Any], list[Any]]] = 
     (table, {"mean": None}, [0.0, np.inf], [-LEAST, np.nan]),
     (table, {"other": None}, [LEAST], [0.0, np.inf, np.nan]),
     (sphere, {"grid": GRID, "radius": None}, [1e-30], [0.0]),
-    (cylinder, {"grid": GRID, "radius": 5.0, "axis": None}, [0, 1], [-1, 2]),
-    (punch, {"grid": GRID, "flat_radius": None, "edge_radius": 5.0}, [0.0, 2.9], [-LEAST, 5.1]),
-    (punch, {"grid": GRID, "flat_radius": 1.0, "edge_radius": None}, [1e-30], [0.0]),
+    (CylinderSurface, {"radius": 5.0, "along": None}, ["x", "y"], ["z", 1]),
+    (punch, {"flat_radius": None}, [0.0, 2.9], [-LEAST, 5.1]),
+    (PunchSurface, {"flat_radius": 1.0, "edge_radius": None}, [1e-30], [0.0]),
     (sine, {"grid": GRID, "amplitude": 0.1, "waves": None}, [(3, 4), (-3, -4), (0, 1)], [(4, 0), (0, 5), (0, -5)]),
     (SelfAffine, {"hurst": None, "rms_slope": 0.1, "lambda_s": 2.0, "lambda_L": 4.0}, [1e-6, 1 - 1e-15], [0.0, 1.0]),
     (SelfAffine, {"hurst": 0.8, "rms_slope": None, "lambda_s": 2.0, "lambda_L": 4.0}, [1e-100, 10.0], [0.0, 10.001]),
@@ -86,9 +90,9 @@ def test_what_is_left_out_is_what_the_paper_has() -> None:
     assert (paper.minimum_stiffness, paper.core, InversePowers((9, 3), 1.0).core) == (0.5, 0.7, 0.7)
     assert HardWall().hardness == np.inf
     assert CubicLayer(5.0, ISOTROPIC, "clamped").axis == np.pi / 4
-    along_y = cylinder(GRID, 5.0)
+    along_y = CylinderSurface(5.0).build(GRID)
     assert np.ptp(along_y, axis=1).max() == 0 < np.ptp(along_y, axis=0).min()
-    assert (along_y == cylinder(GRID, 5.0, 1)).all()
+    assert (along_y == CylinderSurface(5.0, "y").build(GRID)).all()
 
 
 SPLINE: dict[str, Any] = {"law": "lennard-jones-spline", "range": 0.3}
