@@ -57,8 +57,13 @@ def entries(model: type[Table], place: str = "") -> Iterator[TableEntry]:
         for table in tables_in(field.annotation):
             keys = tuple(_entry(*key) for key in explained(table).items() if not tables_in(key[1].annotation))
             kind = next((f"{e.name} = {e.type}" for e in keys if e.name == table.kind_key), "")
-            yield TableEntry(brackets, kind, " ".join((table.__doc__ or "").split()), keys)
+            yield TableEntry(brackets, kind, _about(table), keys)
             yield from entries(table, inner)
+
+
+def _about(table: type[Table]) -> str:
+    """The first paragraph of what is said of a table."""
+    return " ".join((table.__doc__ or "").partition("\n\n")[0].split())
 
 
 def _entry(name: str, field: FieldInfo) -> Entry:
@@ -90,7 +95,7 @@ def _toml(value: Any) -> str:
 
 def markdown(model: type[Document], title: str) -> str:
     """Every key of every table, as a page in Markdown."""
-    lines = [f"# {title}", "", " ".join((model.__doc__ or "").split()), ""]
+    lines = [f"# {title}", "", _about(model), ""]
     for table in entries(model):
         head = f"## `{table.place}`" + (f" with `{table.kind}`" if table.kind else "") if table.place else "## No table"
         lines += [head, "", table.meaning, "", "| key | type | default | meaning |", "|---|---|---|---|"]
@@ -113,7 +118,7 @@ def template(model: type[Document], example: str) -> str:
     Keys that keep their default are commented out, with that default.
     """
     config = load(find(example), model)
-    about = f"{' '.join((model.__doc__ or '').split())}  Lengths are in a0, pressures in E*, the contact modulus."
+    about = f"{_about(model)}  Lengths are in a0, pressures in E*, the contact modulus."
     return "\n".join([*_commented(about), *_of_table("", "", config)]).rstrip() + "\n"
 
 
@@ -140,7 +145,7 @@ def _described(place: str, value: Any, field: FieldInfo) -> list[str]:
 
 def _not_given(place: str, table: type[Table]) -> Iterator[str]:
     """A table that an example lacks: its meaning and, where there are several kinds of it, its keys."""
-    meaning, name = " ".join((table.__doc__ or "").split()), f"[{place}]"
+    meaning, name = _about(table), f"[{place}]"
     yield from _commented(meaning if meaning.startswith(name) else f"{name}: {meaning}")
     if not table.kind_key:
         return

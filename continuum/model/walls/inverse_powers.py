@@ -24,7 +24,6 @@ class InversePowers(Wall):
     for the surface itself, with a pressure of (a0/z)^13 - (a0/z)^7.  Work of adhesion k a0/(m n).
     """
 
-    work_key: ClassVar[str] = "adhesion_length"
     instead: ClassVar[Mapping[str, str]] = {"adhesion_length": "minimum_stiffness"}
     zero_gap: ClassVar[float] = 1.0
 
