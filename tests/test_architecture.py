@@ -60,7 +60,7 @@ CONTINUUM = {
     "units": "",
     "errors": "",
     "arguments": "errors",
-    "tables": "",
+    "tables": "arguments",
     "model": "theory units arguments tables",
     "solve": "model",
     "measure": "model",

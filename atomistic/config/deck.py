@@ -14,8 +14,8 @@ from continuum.files import kinds as kinds  # defines the tables that an input k
 from continuum.files.inputs import parsed, source_of
 from continuum.files.tables import Document
 from continuum.files.toml import Source
-from continuum.model.surfaces import SurfaceTable
-from continuum.model.walls import WallTable
+from continuum.model.surface import Surface
+from continuum.model.walls import Wall
 from continuum.sticky.tables import Length
 from continuum.tables import Fault, Fraction, InputFile, constraint
 from continuum.topography.map import Topography
@@ -27,18 +27,17 @@ MOST_STEPS = 10_000
 """Equilibria of a protocol."""
 
 
-class DeckSurface(SurfaceTable):
+class DeckSurface(Surface):
     """[surface] of a deck: those of a run, and parts of measured maps."""
 
     kind_key: ClassVar[str] = "kind"
 
 
-class TopographySurface(DeckSurface):
+class TopographySurface(DeckSurface, kind="topography"):
     """[surface] of kind "topography": part of a measured map, one height for each surface atom."""
 
     newer: ClassVar[frozenset[str]] = frozenset({"void", "fill"})
 
-    kind: Literal["topography"]
     path: InputFile
     """map of heights: npy, text, HDF5, or a format of SurfaceTopography"""
     edges: Literal["mirror", "window"] = "mirror"
@@ -158,7 +157,7 @@ class DeckConfig(Document):
     slab: SlabTable
     surface: DeckSurface
     """heights of the rigid wall above each surface atom"""
-    wall: WallTable
+    wall: Wall
     """law between wall and surface"""
     follows: Literal["site", "atom"] = "site"
     """where the height of the wall is taken: above the lattice site of an atom, as in the paper ("site"), or above its

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from atomistic.config.crystal import AtomsSolverTable, Interatomic, SlabTable
 from continuum.files.tables import Document
-from continuum.model.surfaces import SelfAffineTable
+from continuum.model.surface import SelfAffineSpectrum
 from continuum.model.walls.spline import AdhesionLength
 from continuum.tables import Fault, Fraction, Positive, Table, constraint
 
@@ -16,7 +16,7 @@ _Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_l
 Compared = Literal["load", "gross_load", "displacement", "area_rep", "area_att"]
 
 
-class SurfacesTable(SelfAffineTable):
+class SurfacesTable(SelfAffineSpectrum):
     """The rough walls: self-affine, rescaled to each slope of a case."""
 
     seeds: Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(min_length=1)]
@@ -105,8 +105,6 @@ class ValidateConfig(Document):
     def _fits(self) -> Iterator[Fault]:
         yield from self.surface.too_short(self.slab.points, self.slab.lengths)
         yield from self.surface.too_long(self.slab.points, self.slab.lengths)
-        if self.surface.lambda_L < self.surface.lambda_s:
-            yield Fault(("surface", "lambda_L"), f"at least surface.lambda_s = {self.surface.lambda_s}")
         for i, case in enumerate(self.case):
             shortest, longest = self.wavelengths(case)
             if case.lambda_L is not None and not shortest <= longest <= self.slab.n:

@@ -69,7 +69,7 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
         count = len(steps.values)
         tried = count * (_SEEN["to_a_pressure"] if steps.control == "mean-pressure" else 1)
         evaluations = round(tried * _SEEN["per_side"] * max(config.slab.n, config.slab.depth))
-    wall = _SEEN["table" if config.wall.law == "table" else "formula"]
+    wall = _SEEN["table" if config.wall.kind_name == "table" else "formula"]
     if config.follows == "atom":
         wall += _SEEN["following" if has_formula(config.surface) else "map"]
     if config.wall_force != "formulas":

@@ -11,7 +11,7 @@ import re
 import string
 import textwrap
 from collections.abc import Mapping
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
 from typing import BinaryIO
@@ -28,7 +28,7 @@ from atomistic.lammps.crystal_wall import DATA
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.earlier import OUTPUTS, PARTS, remove_outputs, step_keys, steps_to_keep
 from atomistic.lammps.language import formatted, listing
-from atomistic.lammps.law import native_law, read_law, wall_table
+from atomistic.lammps.law import name_of, native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.plugin import LIBRARY, MAP, SOURCE, plugin_library
 from atomistic.lammps.protocol import time_unit
@@ -37,7 +37,7 @@ from continuum.errors import OutputError
 from continuum.files.output import MARK, folder, save, whole
 from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.model.fourier import Real
-from continuum.model.walls import Wall
+from continuum.model.walls import TabulatedWall, Wall
 
 FORMAT = "stickiness deck 4"
 """Format name in ``deck.json``."""
@@ -258,14 +258,15 @@ def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
         digest.update(array.tobytes())
     wall, real, protocol = deck.wall, deck.model.real_units, deck.protocol
     heights = deck.heights
-    numbers: dict[str, object] = asdict(wall) if is_dataclass(wall) and not wall.knots else {}
+    law = name_of(wall)
+    numbers = {} if law == TabulatedWall.__name__ else wall.numbers
     description = {
         "format": FORMAT,
         "identity": digest.hexdigest(),
         "steps": 0 if protocol is None else protocol.steps,
         "step_keys": keys,
         **({} if protocol is None else protocol.about()),
-        "wall": {"law": type(wall).__name__, **numbers},
+        "wall": {"law": law, **numbers},
         "element": deck.model.element,
         "model": deck.model.reference,
         "bonded": deck.model.atom_style == "bond",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -52,17 +52,12 @@ def native_law(wall: Wall, tolerance: float = TOLERANCE) -> NativeLaw:
     tolerance : tolerance of the traction of a table, relative to its largest tension, or to the traction if that is
         larger.
 
-    Raises TypeError if the law has no formula, as a hard wall, whose traction is not a function of the gap.
+    Raises TypeError for a hard wall, whose traction is not a function of the gap.
     """
-    write = LAWS.get(type(wall))
-    if write is not None:
-        return write(wall, tolerance)
-    cause = (
-        "its traction is not a function of the gap (a repulsive wall with one: LennardJonesSpline(0))"
-        if wall.law is None
-        else "it has no formula in LAMMPS' language"
-    )
-    raise TypeError(f"the wall law {type(wall).__name__} cannot act in a deck: {cause}")
+    if wall.law is None:
+        cause = "its traction is not a function of the gap (a repulsive wall with one: LennardJonesSpline(0))"
+        raise TypeError(f"the wall law {type(wall).__name__} cannot act in a deck: {cause}")
+    return LAWS.get(type(wall), _in_pieces)(wall, tolerance)
 
 
 def _filled(template: str, **values: float | str) -> str:
@@ -184,13 +179,29 @@ def _table(wall: TabulatedWall, tolerance: float) -> NativeLaw:
     return _with_core(wall, text, error=error)
 
 
+def _in_pieces(wall: Wall, tolerance: float) -> NativeLaw:
+    """A law that has no formula here, by a table of its traction; one without cut-off is shifted to end at zero."""
+    gap = _knots(wall)
+    traction = wall.evaluate(gap).traction
+    table = TabulatedWall(gap, traction - traction[-1])
+    between = (gap[1:] + gap[:-1]) / 2
+    error = float(np.abs(table.evaluate(between).traction - wall.evaluate(between).traction).max())
+    pieces = _table(table, tolerance)
+    return replace(pieces, error=pieces.error + error)
+
+
 LAWS: dict[type[Wall], Callable[[Any, float], NativeLaw]] = {
     LennardJonesSpline: _spline,
     InversePowers: _inverse_powers,
     Exponential: _exponential,
     TabulatedWall: _table,
 }
-"""Functions that write each law for LAMMPS.  Decks of these laws are read again by the name of the class."""
+"""Functions that write laws as formulas; others are written as cubic pieces, and decks of them are read as tables."""
+
+
+def name_of(wall: Wall) -> str:
+    """The class by which the law of a deck is read again."""
+    return (type(wall) if type(wall) in LAWS else TabulatedWall).__name__
 
 
 def _pieces(wall: TabulatedWall, tolerance: float) -> tuple[scipy.interpolate.PPoly, float]:
@@ -261,9 +272,9 @@ def _between(low: float, high: float) -> Real:
 
 
 def read_wall_table(path: Path) -> TabulatedWall:
-    """The wall law of a ``wall.table``, as a cubic spline through its knots."""
+    """The wall law of a ``wall.table``, as a cubic spline through its knots, shifted to end at zero."""
     gap, _, traction = np.loadtxt(path, unpack=True)
-    return TabulatedWall(gap, traction)
+    return TabulatedWall(gap, traction - traction[-1])
 
 
 def read_law(law: str, numbers: Mapping[str, Any], table: Path) -> Wall:

@@ -25,7 +25,8 @@ from continuum.arguments import ArgumentError, count, flag, pair
 from continuum.arguments import number as number_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.surfaces import CylinderSurface, PunchSurface, SineSurface, SphereSurface, SurfaceTable
+from continuum.model.surface import Surface
+from continuum.model.surfaces import CylinderSurface, PunchSurface, SineSurface, SphereSurface
 
 MOST_WAVES = 12
 """Largest number of waves in a sum: LAMMPS evaluates each cosine at every use of the variable."""
@@ -277,7 +278,7 @@ def shape_of(heights: Real) -> Waves | HeightSpline:
 
 
 _Period = tuple[float, float]
-_FORMULAS: dict[type[SurfaceTable], Callable[[Any, _Period], Shape]] = {
+_FORMULAS: dict[type[Surface], Callable[[Any, _Period], Shape]] = {
     SphereSurface: lambda surface, period: Round(period, surface.radius),
     CylinderSurface: lambda surface, period: Round(
         period, surface.radius, across=(surface.along == "y", surface.along == "x")
@@ -288,12 +289,12 @@ _FORMULAS: dict[type[SurfaceTable], Callable[[Any, _Period], Shape]] = {
 """Kinds of surfaces with a formula, as functions of the position over a period."""
 
 
-def has_formula(surface: SurfaceTable) -> bool:
+def has_formula(surface: Surface) -> bool:
     """Whether a surface has a formula for LAMMPS between the sites."""
     return type(surface) in _FORMULAS
 
 
-def shape_of_surface(surface: SurfaceTable, heights: Real) -> Shape:
+def shape_of_surface(surface: Surface, heights: Real) -> Shape:
     """The wall of an input as a function of the position: the formula of its surface, or :func:`shape_of`."""
     formula = _FORMULAS.get(type(surface))
     if formula is None:

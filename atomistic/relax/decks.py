@@ -37,8 +37,7 @@ from continuum.files.toml import ConfigError, Source, find
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope
-from continuum.model.surface import moments
-from continuum.model.surfaces import SurfaceTable
+from continuum.model.surface import Surface, moments
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import NotConvergedError
@@ -208,7 +207,7 @@ def _wall(config: DeckConfig) -> Wall:
 
 
 @singledispatch
-def _heights(surface: SurfaceTable, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
+def _heights(surface: Surface, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
     """Heights of the wall, in a0, and notes about their origin."""
     return surface.build(slab.grid), ()
 

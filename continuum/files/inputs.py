@@ -169,9 +169,10 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
     if kind == "missing" and field and isinstance(key[-1], int):  # of a list of so many entries
         return Fault(key[:-1], f"{len(get_args(field.annotation))} entries{about}")
     if kind == "extra_forbidden" and table is not None:
-        meant = nearest(str(key[-1]), table.model_fields)
+        keys = explained(table)
+        meant = nearest(str(key[-1]), keys)
         hint = f"misspelt; did you mean {meant}?" if meant else _where_it_belongs(key, model)
-        return Fault(key, "one of the keys " + ", ".join(table.model_fields), hint)
+        return Fault(key, "one of the keys " + ", ".join(keys), hint)
     if kind == "kind":
         key = (*key, error["ctx"]["key"])
         if key[-1] not in error["input"]:

@@ -1,23 +1,23 @@
-"""Walls and surfaces of an input that are read from a file of their own."""
+"""Kinds of walls and surfaces that an input knows: those of the model, and those read from a file of their own."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from continuum.files.maps import HDF5_SUFFIXES, read_map, stands_for_nothing
 from continuum.files.text import read_text
+from continuum.model import surfaces as surfaces
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.surfaces import SurfaceTable
-from continuum.model.walls import TabulatedWall, Wall, WallTable
+from continuum.model.surface import Surface
+from continuum.model.walls import TabulatedWall, Wall
 from continuum.tables import Fault, InputFile, constraint
 
 
-class TableWall(WallTable):
+class TableWall(Wall, kind="table"):
     """[wall] of law "table"."""
 
-    law: Literal["table"]
     path: InputFile
     """text, two columns: gap in a0 (increasing) and traction in E* (compression positive, zero at the end)"""
 
@@ -32,10 +32,9 @@ class TableWall(WallTable):
         return TabulatedWall(stored["gap"], stored["traction"])
 
 
-class FileSurface(SurfaceTable):
+class FileSurface(Surface, kind="file"):
     """[surface] of kind "file": heights from a file."""
 
-    kind: Literal["file"]
     path: InputFile
     """heights in a0, one number per point of the grid: .npy, .h5/.hdf5 (first index x), or text (x along a line)"""
     dataset: str | None = None

@@ -4,6 +4,7 @@ Type, bounds, default and meaning of a key are those with which it is read.
 """
 
 import json
+import math
 import textwrap
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -14,7 +15,7 @@ from pydantic.fields import FieldInfo
 from continuum.files.inputs import load
 from continuum.files.tables import Document
 from continuum.files.toml import find, text_of
-from continuum.tables import Table, explained, tables_in
+from continuum.tables import Table, explained, limits_of, tables_in
 
 _WIDTH = 100
 _BOUNDS: Mapping[str, str] = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
@@ -56,27 +57,20 @@ def entries(model: type[Table], place: str = "") -> Iterator[TableEntry]:
         for table in tables_in(field.annotation):
             keys = tuple(_entry(*key) for key in explained(table).items() if not tables_in(key[1].annotation))
             kind = next((f"{e.name} = {e.type}" for e in keys if e.name == table.kind_key), "")
-            yield TableEntry(brackets, kind, " ".join((table.__doc__ or "").split()), keys)
+            yield TableEntry(brackets, kind, _about(table), keys)
             yield from entries(table, inner)
+
+
+def _about(table: type[Table]) -> str:
+    """The first paragraph of what is said of a table."""
+    return " ".join((table.__doc__ or "").partition("\n\n")[0].split())
 
 
 def _entry(name: str, field: FieldInfo) -> Entry:
     default = "" if field.is_required() else _toml(field.get_default(call_default_factory=True))
-    bounds = [
-        f"{_BOUNDS[name]} {getattr(limit, name):g}"
-        for limit in _limits(field)
-        for name in _BOUNDS
-        if getattr(limit, name, None) is not None
-    ]
+    bounds = [f"{_BOUNDS[name]} {bound:g}" for name, bound in limits_of(field).items()]
     kind = ", ".join([_words(field.annotation), *bounds])
     return Entry(name, kind, default, " ".join((field.description or "").split()))
-
-
-def _limits(field: FieldInfo) -> Iterator[Any]:
-    yield from field.metadata
-    for part in get_args(field.annotation):
-        for inner in getattr(part, "__metadata__", ()):
-            yield from getattr(inner, "metadata", ())
 
 
 def _words(annotation: Any) -> str:
@@ -96,12 +90,12 @@ def _words(annotation: Any) -> str:
 
 
 def _toml(value: Any) -> str:
-    return "not given" if value is None else text_of(value)
+    return "not given" if value in (None, math.inf) else text_of(value)
 
 
 def markdown(model: type[Document], title: str) -> str:
     """Every key of every table, as a page in Markdown."""
-    lines = [f"# {title}", "", " ".join((model.__doc__ or "").split()), ""]
+    lines = [f"# {title}", "", _about(model), ""]
     for table in entries(model):
         head = f"## `{table.place}`" + (f" with `{table.kind}`" if table.kind else "") if table.place else "## No table"
         lines += [head, "", table.meaning, "", "| key | type | default | meaning |", "|---|---|---|---|"]
@@ -124,7 +118,7 @@ def template(model: type[Document], example: str) -> str:
     Keys that keep their default are commented out, with that default.
     """
     config = load(find(example), model)
-    about = f"{' '.join((model.__doc__ or '').split())}  Lengths are in a0, pressures in E*, the contact modulus."
+    about = f"{_about(model)}  Lengths are in a0, pressures in E*, the contact modulus."
     return "\n".join([*_commented(about), *_of_table("", "", config)]).rstrip() + "\n"
 
 
@@ -151,7 +145,7 @@ def _described(place: str, value: Any, field: FieldInfo) -> list[str]:
 
 def _not_given(place: str, table: type[Table]) -> Iterator[str]:
     """A table that an example lacks: its meaning and, where there are several kinds of it, its keys."""
-    meaning, name = " ".join((table.__doc__ or "").split()), f"[{place}]"
+    meaning, name = _about(table), f"[{place}]"
     yield from _commented(meaning if meaning.startswith(name) else f"{name}: {meaning}")
     if not table.kind_key:
         return
@@ -164,7 +158,7 @@ def _not_given(place: str, table: type[Table]) -> Iterator[str]:
 def _of_table(head: str, place: str, table: Table) -> list[str]:
     lines, inner = [head], list[str]()
     for name, field in explained(type(table)).items():
-        value = getattr(table, name)
+        value = table.value(name)
         if tables_in(field.annotation):
             inner += _described(f"{place}.{name}" if place else name, value, field)
             continue

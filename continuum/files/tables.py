@@ -10,6 +10,7 @@ from pydantic import PrivateAttr
 
 from continuum.files.toml import ConfigError, Source
 from continuum.tables import Fault, Table
+from continuum.tables import frozen as frozen
 
 _Document = TypeVar("_Document", bound="Document")
 
@@ -75,10 +76,3 @@ def restored(model: type[_Document], text: str) -> _Document:
 def refuse(config: Document, *faults: Fault) -> ConfigError:
     """The error for faults that are found only when files are read or a run is set up."""
     return ConfigError(config.source or Path("(configuration made in Python)"), faults)
-
-
-def frozen(value: Any) -> Any:
-    """TOML's arrays as tuples, which strict models ask for."""
-    if isinstance(value, dict):
-        return {key: frozen(item) for key, item in value.items()}
-    return tuple(map(frozen, value)) if isinstance(value, list) else value

@@ -90,9 +90,8 @@ class Contact:
         number("area_tolerance", self.area_tolerance, above=0, below=1)
         count("threads", self.threads, most=MOST_THREADS)
         choice("device", self.device, BACK_ENDS)
-        instance(
-            "wall", self.wall, Wall, "the law of a wall, as LennardJonesSpline(adhesion_length=0.005) or HardWall()"
-        )
+        allowed = "the law of a wall, as LennardJonesSpline(adhesion_length=0.005) or HardWall()"
+        object.__setattr__(self, "wall", instance("wall", self.wall, Wall, allowed).build())
         if not callable(getattr(self.substrate, "stiffness", None)) or isinstance(self.substrate, type):
             allowed = 'an object with a method stiffness(grid), as HalfSpace() or Layer(10.0, 0.5, mean="clamped")'
             raise ArgumentError("substrate", self.substrate, allowed)

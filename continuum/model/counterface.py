@@ -5,14 +5,12 @@ from dataclasses import replace
 from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from continuum.arguments import ArgumentError, field, number, pair
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.surface import Moments, shifted
-from continuum.model.surfaces import SurfaceTable
-from continuum.tables import Fault, Table, both_directions, constraint
+from continuum.model.surface import Moments, Surface, shifted
+from continuum.tables import Description, Fault, Seed, both_directions, constraint
 
 _FARTHEST = 1e6
 _SHIFT = "two numbers [x, y], in a0"
@@ -45,16 +43,16 @@ def against(grid: Grid, heights: Real, other: Real, shift: tuple[float, float], 
     return heights - shifted(grid, turned(grid, field("other", other, grid.shape), angle), (along_x, along_y))
 
 
-class CounterfaceTable(Table):
+class Counterface(Description):
     """[counterface]: a second rough body, below the surface; E* is that of both."""
 
     newer: ClassVar[frozenset[str]] = frozenset({"shift_seed"})
 
-    surface: SurfaceTable
+    surface: Surface
     """its heights, positive towards the surface; the keys of [surface]"""
     shift: Annotated[tuple[float, float], both_directions(float, -_FARTHEST, _FARTHEST, _SHIFT)] = (0.0, 0.0)
     """shift along x and y, periodic, in a0; none where nothing is repeated"""
-    shift_seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
+    shift_seed: Seed | None = None
     """seed of a uniformly random shift over the period; instead of shift"""
     angle: float = 0.0
     """angle by which it is turned before the shift, in degrees: a multiple of 90"""

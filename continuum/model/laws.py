@@ -16,8 +16,8 @@ from numba import njit
 
 from continuum.model.fourier import Real
 
-SPLINE, INVERSE_POWERS, EXPONENTIAL, TABLE = 0, 1, 2, 3
-"""Kinds of laws."""
+SPLINE, INVERSE_POWERS, EXPONENTIAL, TABLE = range(4)
+"""Kinds of laws, named in :func:`respond` and in :data:`ON_ARRAYS`."""
 
 
 Array = Any
@@ -168,9 +168,11 @@ def respond(kind: int, gap: Real, p: Real, response: Real) -> None:
     elif kind == EXPONENTIAL:
         for j in range(gap.size):
             response[0, j], response[1, j], response[2, j] = exponential(gap[j], p)
-    else:
+    elif kind == TABLE:
         for j in range(gap.size):
             response[0, j], response[1, j], response[2, j] = table(gap[j], p)
+    else:
+        response[:] = math.nan
 
 
 def evaluate(law: Law, gap: Real) -> tuple[Real, Real, Real]:

@@ -1,19 +1,24 @@
-"""Rough walls: self-affine spectra and their synthesis, spectral moments.
+"""Rough walls: what all surfaces have, self-affine spectra and their synthesis, spectral moments.
 
 Heights are those of the rigid wall above its mean plane, in a0, shape ``grid.shape``.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
-from continuum.arguments import ArgumentError, field, flag, instance, number
+from continuum.arguments import ArgumentError, field, instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.tables import Description, Fault, Fraction, Positive, constraint
 
 SMALLEST_SLOPE, LARGEST_SLOPE = 1e-100, 10.0
 """Bounds of the rms slope: below, its square underflows; above, heights are probably in other units than a0."""
+Slope = Annotated[float, Field(ge=SMALLEST_SLOPE, le=LARGEST_SLOPE)]
+"""An rms slope."""
+_ROUNDING = 1e-12  # a value written in decimal may miss its bound by this fraction
 _GENERATOR = "a numpy.random.Generator, such as numpy.random.default_rng(1)"
 
 
@@ -47,8 +52,100 @@ def moments(grid: Grid, heights: Real) -> Moments:
     return found
 
 
-@dataclass(frozen=True)
-class SelfAffine:
+class Surface(Description):
+    """[surface]: heights of the rigid wall."""
+
+    kind_key: ClassVar[str] = "kind"
+    sizes: ClassVar[tuple[str, ...]] = ()
+    """Keys of the amplitude, of which one is given; a slope out of range is reported for it."""
+
+    @property
+    def origin(self) -> str:
+        return next((name for name in self.sizes if getattr(self, name) is not None), super().origin)
+
+    @property
+    def shortest(self) -> float | None:
+        """Shortest wavelength, in a0; None if unknown."""
+        return None
+
+    @property
+    def longest(self) -> float | None:
+        """Longest wavelength, in a0, which the period must contain."""
+        return None
+
+    @property
+    def most_waves(self) -> tuple[int, int]:
+        """Largest number of waves per period along x and y, which the grid must resolve."""
+        return 0, 0
+
+    @property
+    def expected_slope(self) -> float | None:
+        """Expected slope h'rms of a random surface, independent of the grid."""
+        return None
+
+    @property
+    def attributes(self) -> dict[str, int]:
+        """Attributes that are stored with its heights."""
+        return {}
+
+    def build(self, grid: Grid) -> Real:
+        """Heights, shape ``grid.shape``, in a0."""
+        raise NotImplementedError
+
+    def expected(self, grid: Grid) -> Moments | None:
+        """Moments of the random ensemble; None if the surface is not random."""
+        return None
+
+    def too_short(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
+        """Faults: waves that a grid of n points over these periods cannot resolve."""
+        if n[1] < 2:
+            return  # reported for the grid
+        spacing = Grid(n, lengths).widest_step
+        if self.shortest is not None and self.shortest < 2 * spacing * (1 - _ROUNDING):
+            cause = "too coarse a grid: raise the number of points at the same period, or lambda_s"
+            yield Fault(("surface", "lambda_s"), f"at least two spacings, {2 * spacing:g} a0", cause)
+        limits = [points // 2 for points in n]
+        if any(abs(waves) > limit for waves, limit in zip(self.most_waves, limits, strict=True)):
+            cause = "the grid cannot show shorter waves: raise its number of points"
+            yield Fault(("surface", "waves"), f"at most half the points, {limits}", cause)
+
+    def too_long(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
+        """Faults: waves longer than the periods."""
+        period = lengths[1] if n[0] == 1 else min(lengths)
+        if self.longest is not None and self.longest > period:
+            cause = "too small a period: raise it, or lower lambda_L"
+            yield Fault(("surface", "lambda_L"), f"at most the period, {period:g} a0", cause)
+
+
+class SelfAffineSpectrum(Surface):
+    """A self-affine spectrum, without its slope."""
+
+    hurst: Fraction
+    """H, the Hurst exponent"""
+    lambda_s: Positive
+    """shortest wavelength, in a0"""
+    lambda_L: Positive
+    """roll-off wavelength, in a0"""
+
+    @property
+    def shortest(self) -> float:
+        return self.lambda_s
+
+    @property
+    def longest(self) -> float:
+        return self.lambda_L
+
+    def spectrum(self, rms_slope: float, *, rescale: bool = True) -> "SelfAffine":
+        """The spectrum of a slope."""
+        return SelfAffine(self.hurst, rms_slope, self.lambda_s, self.lambda_L, rescale)
+
+    @constraint
+    def _ordered(self) -> Iterator[Fault]:
+        if self.lambda_s > self.lambda_L:
+            yield Fault(("lambda_s",), f"at most lambda_L = {self.lambda_L:g}", "the two are exchanged")
+
+
+class SelfAffine(SelfAffineSpectrum):
     """The paper's random surface: self-affine between two wavelengths (Methods).
 
     The amplitude of each mode is Gaussian with variance C(q), its phase uniform::
@@ -62,26 +159,16 @@ class SelfAffine:
     Since the amplitudes scatter, so does the rms slope of a realisation, by sqrt(Σw²/2)/Σw over independent
     modes with w = C q²; it is therefore rescaled to ``rms_slope``, unless ``rescale`` is false.
 
-    Parameters
-    ----------
-    hurst : H, between 0 and 1.
-    rms_slope : target of h'_rms, at most 10.
-    lambda_s, lambda_L : shortest and roll-off wavelength, in a0.
-    rescale : multiply the realisation so that its rms slope is the target exactly.
+    In Python its arguments are H, the slope, both wavelengths, in a0, and whether to rescale.
     """
 
-    hurst: float
-    rms_slope: float
-    lambda_s: float
-    lambda_L: float
+    rms_slope: Slope
+    """target of h'rms"""
     rescale: bool = True
+    """whether the realisation is scaled to exactly that rms slope, or scatters about it"""
 
-    def __post_init__(self) -> None:
-        number("hurst", self.hurst, above=0, below=1)
-        number("rms_slope", self.rms_slope, least=SMALLEST_SLOPE, most=LARGEST_SLOPE)
-        if number("lambda_s", self.lambda_s, above=0) > number("lambda_L", self.lambda_L, above=0):
-            raise ArgumentError("lambda_s", self.lambda_s, f"at most lambda_L, {self.lambda_L:g}")
-        flag("rescale", self.rescale)
+    def __init__(self, hurst: float, rms_slope: float, lambda_s: float, lambda_L: float, rescale: bool = True) -> None:
+        self._take(hurst, lambda_s, lambda_L, rms_slope, rescale)
 
     def power_q(self, grid: Grid) -> Real:
         """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope."""

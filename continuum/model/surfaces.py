@@ -1,132 +1,46 @@
-"""Surfaces of the rigid wall, each with its table of the input: random surfaces and simple shapes.
+"""Surfaces of the rigid wall that an input knows: random surfaces and simple shapes.
 
 Heights are those of the rigid wall above its mean plane, in a0, shape ``grid.shape``.
 """
 
-from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from continuum.arguments import ArgumentError, count, instance, number, pair
+from continuum.arguments import ArgumentError, count, instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.surface import LARGEST_SLOPE, SMALLEST_SLOPE, Moments, SelfAffine
-from continuum.tables import LARGEST_N, Fault, Fraction, Positive, TableFamily, both_directions, constraint
+from continuum.model.surface import (
+    LARGEST_SLOPE,
+    SMALLEST_SLOPE,
+    Moments,
+    SelfAffineSpectrum,
+    Slope,
+    Surface,
+)
+from continuum.tables import LARGEST_N, Fault, InInputs, Positive, Seed, both_directions, constraint
 
 HIGHEST = 1e30
 """Larger heights, in a0, are refused: their squares would overflow."""
-_ROUNDING = 1e-12  # a value written in decimal may miss its bound by this fraction
 
 
-class SurfaceTable(TableFamily):
-    """[surface]: heights of the rigid wall."""
-
-    kind_key: ClassVar[str] = "kind"
-    sizes: ClassVar[tuple[str, ...]] = ()
-    """Keys of the amplitude, of which one is given; a slope out of range is reported for it."""
-
-    @property
-    def origin(self) -> str:
-        return next((name for name in self.sizes if getattr(self, name) is not None), super().origin)
-
-    @property
-    def shortest(self) -> float | None:
-        """Shortest wavelength, in a0; None if unknown."""
-        return None
-
-    @property
-    def longest(self) -> float | None:
-        """Longest wavelength, in a0, which the period must contain."""
-        return None
-
-    @property
-    def most_waves(self) -> tuple[int, int]:
-        """Largest number of waves per period along x and y, which the grid must resolve."""
-        return 0, 0
-
-    @property
-    def expected_slope(self) -> float | None:
-        """Expected slope h'rms of a random surface, independent of the grid."""
-        return None
-
-    @property
-    def attributes(self) -> dict[str, int]:
-        """Attributes that are stored with its heights."""
-        return {}
-
-    def build(self, grid: Grid) -> Real:
-        """Heights, shape ``grid.shape``, in a0."""
-        raise NotImplementedError
-
-    def expected(self, grid: Grid) -> Moments | None:
-        """Moments of the random ensemble; None if the surface is not random."""
-        return None
-
-    def too_short(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
-        """Faults: waves that a grid of n points over these periods cannot resolve."""
-        if n[1] < 2:
-            return  # reported for the grid
-        spacing = Grid(n, lengths).widest_step
-        if self.shortest is not None and self.shortest < 2 * spacing * (1 - _ROUNDING):
-            cause = "too coarse a grid: raise the number of points at the same period, or lambda_s"
-            yield Fault(("surface", "lambda_s"), f"at least two spacings, {2 * spacing:g} a0", cause)
-        limits = [points // 2 for points in n]
-        if any(waves > limit for waves, limit in zip(self.most_waves, limits, strict=True)):
-            cause = "the grid cannot show shorter waves: raise its number of points"
-            yield Fault(("surface", "waves"), f"at most half the points, {limits}", cause)
-
-    def too_long(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
-        """Faults: waves longer than the periods."""
-        period = lengths[1] if n[0] == 1 else min(lengths)
-        if self.longest is not None and self.longest > period:
-            cause = "too small a period: raise it, or lower lambda_L"
-            yield Fault(("surface", "lambda_L"), f"at most the period, {period:g} a0", cause)
-
-
-class SelfAffineTable(SurfaceTable):
-    """A self-affine spectrum, without its slope."""
-
-    hurst: Fraction
-    """H, the Hurst exponent"""
-    lambda_s: Positive
-    """shortest wavelength, in a0"""
-    lambda_L: Positive
-    """roll-off wavelength, in a0"""
-
-    @property
-    def shortest(self) -> float:
-        return self.lambda_s
-
-    @property
-    def longest(self) -> float:
-        return self.lambda_L
-
-    def spectrum(self, rms_slope: float, *, rescale: bool = True) -> SelfAffine:
-        return SelfAffine(self.hurst, rms_slope, self.lambda_s, self.lambda_L, rescale)
-
-
-class SelfAffineSurface(SelfAffineTable):
+class SelfAffineSurface(SelfAffineSpectrum, kind="self-affine"):
     """[surface] of kind "self-affine": the paper's random surface."""
 
+    example: ClassVar[Mapping[str, Any]] = {"hurst": 0.8, "lambda_s": 4.0, "lambda_L": 8.0, "seed": 1, "rms_slope": 0.1}
     newer: ClassVar[frozenset[str]] = frozenset({"rms_height"})
     sizes: ClassVar[tuple[str, ...]] = ("rms_slope", "rms_height")
 
-    kind: Literal["self-affine"]
-    rms_slope: Annotated[float, Field(ge=SMALLEST_SLOPE, le=LARGEST_SLOPE)] | None = None
+    seed: Seed
+    """seed of the random numbers"""
+    rms_slope: Slope | None = None
     """h'rms; instead of rms_height"""
     rms_height: Positive | None = None
     """h_rms, in a0; instead of rms_slope"""
-    seed: Annotated[int, Field(ge=0, lt=2**63)]
-    """seed of the random numbers"""
     rescale: bool = True
     """whether the realisation is scaled to exactly that rms slope or height, or scatters about it"""
-
-    @constraint
-    def _ordered(self) -> Iterator[Fault]:
-        if self.lambda_s >= self.lambda_L:
-            yield Fault(("lambda_s",), f"below lambda_L = {self.lambda_L:g}", "the two are exchanged")
 
     @constraint
     def _one_size(self) -> Iterator[Fault]:
@@ -174,38 +88,18 @@ class SelfAffineSurface(SelfAffineTable):
         return self.spectrum(self._slope(grid)).expected_moments(grid)
 
 
-def sine(grid: Grid, amplitude: float, waves: tuple[int, int]) -> Real:
-    """Heights amplitude (1 - cos q.x) with q = 2π (waves[0]/Lx, waves[1]/Ly): lowest at the origin.
-
-    Parameters
-    ----------
-    amplitude : half the height from valley to crest, in a0.
-    waves : number of waves per period along x and y, whole numbers, at most half the points; negative for the other
-        diagonal.
-    """
-    x, y = instance("grid", grid, Grid).positions
-    amplitude = number("amplitude", amplitude, least=-HIGHEST, most=HIGHEST)
-    for wave, n in zip(pair("waves", waves), grid.shape, strict=True):
-        count("waves", wave, -(n // 2), n // 2, why="a wave has two points at least")
-    if not any(waves):
-        raise ArgumentError("waves", waves, "at least one wave along x or y")
-    phase = 2 * np.pi * (waves[0] * x / grid.lengths[0] + waves[1] * y / grid.lengths[1])
-    return amplitude * (1 - np.cos(phase))
-
-
-class SineSurface(SurfaceTable):
+class SineSurface(Surface, kind="sine"):
     """[surface] of kind "sine"."""
 
+    example: ClassVar[Mapping[str, Any]] = {"amplitude": 0.1, "waves": (1, 2)}
     sizes: ClassVar[tuple[str, ...]] = ("amplitude",)
 
-    kind: Literal["sine"]
-    amplitude: Positive
+    amplitude: Annotated[float, Field(ge=-HIGHEST, le=HIGHEST), InInputs(gt=0)]
     """half the height from valley to crest, in a0"""
     waves: Annotated[
-        tuple[int, int],
-        both_directions(int, 0, LARGEST_N, "two whole numbers [mx, my], zero or more"),
+        tuple[int, int], both_directions(int, -LARGEST_N, LARGEST_N, "two whole numbers [mx, my], along x and y")
     ]
-    """waves per period along x and y"""
+    """waves per period along x and y, negative for the other diagonal"""
 
     @constraint
     def _some_wave(self) -> Iterator[Fault]:
@@ -217,7 +111,23 @@ class SineSurface(SurfaceTable):
         return self.waves
 
     def build(self, grid: Grid) -> Real:
-        return sine(grid, self.amplitude, self.waves)
+        x, y = grid.positions
+        for wave, n in zip(self.waves, grid.shape, strict=True):
+            count("waves", wave, -(n // 2), n // 2, why="a wave has two points at least")
+        phase = 2 * np.pi * (self.waves[0] * x / grid.lengths[0] + self.waves[1] * y / grid.lengths[1])
+        return self.amplitude * (1 - np.cos(phase))
+
+
+def sine(grid: Grid, amplitude: float, waves: tuple[int, int]) -> Real:
+    """Heights amplitude (1 - cos q.x) with q = 2π (waves[0]/Lx, waves[1]/Ly): lowest at the origin.
+
+    Parameters
+    ----------
+    amplitude : half the height from valley to crest, in a0.
+    waves : number of waves per period along x and y, whole numbers, at most half the points; negative for the other
+        diagonal.
+    """
+    return SineSurface(amplitude, waves).build(instance("grid", grid, Grid))
 
 
 def _parabola(squared: Real, name: str, radius: float) -> Real:
@@ -229,74 +139,64 @@ def _parabola(squared: Real, name: str, radius: float) -> Real:
     return heights
 
 
-def sphere(grid: Grid, radius: float) -> Real:
-    """The lower side of a paraboloid of the given radius (in a0) that touches at the centre of the period."""
-    x, y = instance("grid", grid, Grid).positions
-    radius = number("radius", radius, above=0)
-    r2 = (x - grid.lengths[0] / 2) ** 2 + (y - grid.lengths[1] / 2) ** 2
-    return _parabola(r2, "radius", radius)
+def _from_centre(grid: Grid) -> tuple[Real, Real]:
+    """Distances from the centre of the period along x, shape (nx, 1), and y, shape (1, ny)."""
+    x, y = grid.positions
+    return x - grid.lengths[0] / 2, y - grid.lengths[1] / 2
 
 
-class SphereSurface(SurfaceTable):
+class SphereSurface(Surface, kind="sphere"):
     """[surface] of kind "sphere"."""
 
+    example: ClassVar[Mapping[str, Any]] = {"radius": 50.0}
     sizes: ClassVar[tuple[str, ...]] = ("radius",)
 
-    kind: Literal["sphere"]
     radius: Positive
     """radius of the sphere, in a0"""
 
     def build(self, grid: Grid) -> Real:
-        return sphere(grid, self.radius)
+        x, y = _from_centre(grid)
+        return _parabola(x**2 + y**2, "radius", self.radius)
 
 
-def cylinder(grid: Grid, radius: float, axis: int = 1) -> Real:
-    """The lower side of a parabolic cylinder of the given radius (in a0), along x (axis 0) or y (1), at the centre."""
-    across = 1 - count("axis", axis, 0, 1)
-    distance = instance("grid", grid, Grid).positions[across] - grid.lengths[across] / 2
-    radius = number("radius", radius, above=0)
-    return np.broadcast_to(_parabola(distance**2, "radius", radius), grid.shape).copy()
+def sphere(grid: Grid, radius: float) -> Real:
+    """The lower side of a paraboloid of the given radius (in a0) that touches at the centre of the period."""
+    return SphereSurface(radius).build(instance("grid", grid, Grid))
 
 
-class CylinderSurface(SurfaceTable):
-    """[surface] of kind "cylinder"."""
+class CylinderSurface(Surface, kind="cylinder"):
+    """[surface] of kind "cylinder": the lower side of a parabolic cylinder at the centre of the period."""
 
+    example: ClassVar[Mapping[str, Any]] = {"radius": 50.0}
     sizes: ClassVar[tuple[str, ...]] = ("radius",)
 
-    kind: Literal["cylinder"]
     radius: Positive
     """radius of the cylinder, in a0"""
     along: Literal["x", "y"] = "y"
     """direction of its axis"""
 
     def build(self, grid: Grid) -> Real:
-        return cylinder(grid, self.radius, "xy".index(self.along))
+        across = _from_centre(grid)["yx".index(self.along)]
+        return np.broadcast_to(_parabola(across**2, "radius", self.radius), grid.shape).copy()
 
 
-def punch(grid: Grid, flat_radius: float, edge_radius: float) -> Real:
-    """A round punch at the centre of the period: flat up to a radius, then rising as a parabola (both radii in a0).
+class PunchSurface(Surface, kind="punch"):
+    """[surface] of kind "punch": round at the centre of the period, flat up to a radius, then rising as a parabola.
 
     Heights (r - b)²/(2R) for r > b, b the flat and R the edge radius: the rounded punch of Ciavarella, Hills and
     Monno, Proc. Inst. Mech. Eng. C 212, 319 (1998).
     """
-    x, y = instance("grid", grid, Grid).positions
-    r = np.hypot(x - grid.lengths[0] / 2, y - grid.lengths[1] / 2)
-    b = number("flat_radius", flat_radius, least=0)
-    if not b < r.max():
-        raise ArgumentError("flat_radius", flat_radius, f"below {r.max():g}: within the period, which needs an edge")
-    return _parabola(np.maximum(r - b, 0.0) ** 2, "edge_radius", number("edge_radius", edge_radius, above=0))
 
-
-class PunchSurface(SurfaceTable):
-    """[surface] of kind "punch": round, flat, with a rounded edge."""
-
+    example: ClassVar[Mapping[str, Any]] = {"flat_radius": 2.0, "edge_radius": 20.0}
     sizes: ClassVar[tuple[str, ...]] = ("edge_radius",)
 
-    kind: Literal["punch"]
-    flat_radius: Positive
+    flat_radius: Annotated[float, Field(ge=0), InInputs(gt=0)]
     """radius of the flat face, in a0"""
     edge_radius: Positive
     """radius of curvature of the edge, in a0"""
 
     def build(self, grid: Grid) -> Real:
-        return punch(grid, self.flat_radius, self.edge_radius)
+        r, b = np.hypot(*_from_centre(grid)), self.flat_radius
+        if not b < r.max():
+            raise ArgumentError("flat_radius", b, f"below {r.max():g}: within the period, which needs an edge")
+        return _parabola(np.maximum(r - b, 0.0) ** 2, "edge_radius", self.edge_radius)

@@ -241,7 +241,7 @@ def gap_ratios(found: Sequence[_Found]) -> DataFrame:
         rim = numbers.area_att * result.grid.area / numbers.perimeter if result.wall.range > 0 else float("nan")
         rows.append({
             "lambda_s (a0)": _lambda_s(result),
-            "wall": config.wall.law,
+            "wall": config.wall.kind_name,
             LENGTH: _length(result),
             "seed": getattr(config.surface, "seed", ""),
             "A_rep/A0": numbers.area_rep,

@@ -13,12 +13,12 @@ from pydantic_core import PydanticCustomError
 from continuum.arguments import choice
 from continuum.files import kinds as kinds
 from continuum.files.tables import Document
-from continuum.model.counterface import CounterfaceTable
+from continuum.model.counterface import Counterface
 from continuum.model.grid import GridTable
-from continuum.model.substrates import SubstrateTable
+from continuum.model.substrates import Response
 from continuum.model.substrates.non_periodic import NO_LINE
-from continuum.model.surfaces import SurfaceTable
-from continuum.model.walls import WallTable
+from continuum.model.surface import Surface
+from continuum.model.walls import Wall
 from continuum.path.state import YIELDS, Control, Search
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import LOOSEST, Settings
@@ -258,11 +258,11 @@ class RunConfig(Document):
 
     grid: GridTable
     """points and period"""
-    surface: SurfaceTable
+    surface: Surface
     """heights of the rigid wall"""
-    wall: WallTable
+    wall: Wall
     """law between wall and surface"""
-    substrate: SubstrateTable
+    substrate: Response
     """elastic response"""
     loading: LoadingTable
     """path of loading"""
@@ -270,7 +270,7 @@ class RunConfig(Document):
     """tolerance and iterations"""
     output: OutputTable = OutputTable()
     """what is stored"""
-    counterface: CounterfaceTable | None = None
+    counterface: Counterface | None = None
     """a second rough body, if both are rough"""
 
     @property
@@ -311,8 +311,11 @@ class RunConfig(Document):
     @constraint
     def _work_to_change(self) -> Iterator[Fault]:
         if self.loading.threshold is not None and not self.wall.work_key:
-            cause = f"the work of adhesion is not a key of law {getattr(self.wall, self.wall.kind_key)!r}"
-            allowed = 'only with a law whose work is given: "lennard-jones-spline", "attraction-on-core"'
+            cause = f"the work of adhesion is not a key of law {self.wall.kind_name!r}"
+            laws = ", ".join(
+                f'"{name}"' for name, kind in Wall.kinds.items() if issubclass(kind, Wall) and kind.work_key
+            )
+            allowed = f"only with a law whose work is given: {laws}"
             yield Fault(("loading", "threshold"), allowed, cause)
 
     @constraint
@@ -323,13 +326,13 @@ class RunConfig(Document):
 
     @constraint
     def _below_the_hardness(self) -> Iterator[Fault]:
-        if np.isinf(self.wall.largest_pressure):
+        if np.isinf(self.wall.hardness):
             return
         for (control, targets), key in zip(self.loading.legs, (("loading",), ("loading", "retraction")), strict=False):
             if control == "mean-gap":
                 yield Fault((*key, "control"), f'another control than "{control}" where the wall yields', YIELDS)
-            elif control == "mean-pressure" and max(targets) >= self.wall.largest_pressure:
-                most = f"values below the hardness, {self.wall.largest_pressure:g} E*"
+            elif control == "mean-pressure" and max(targets) >= self.wall.hardness:
+                most = f"values below the hardness, {self.wall.hardness:g} E*"
                 yield Fault(
                     (*key, "targets"), most, "the whole surface yields at a mean pressure equal to the hardness"
                 )

@@ -63,7 +63,7 @@ def growth_of(config: RunConfig, source: Path) -> Growth | None:
     except StoreError:
         return None  # damaged, or of another version
     asked = config.loading.points
-    yields, searched = np.isfinite(config.wall.largest_pressure), config.loading.threshold is not None
+    yields, searched = np.isfinite(config.wall.hardness), config.loading.threshold is not None
     alike = min(
         done,
         sum(1 for _ in takewhile(lambda two: two[0] == two[1], zip(_points(config), _points(earlier), strict=False))),

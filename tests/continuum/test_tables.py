@@ -2,28 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import copy
+import inspect
+import json
+import pickle
+from typing import Any, ClassVar, Literal
 
+import hypothesis
 import pytest
+from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from atomistic.config.deck import DeckConfig, DeckSurface
+from continuum.arguments import ArgumentError
 from continuum.files.inputs import load
 from continuum.files.reference import markdown, schema
 from continuum.files.toml import ConfigError
-from continuum.model.surfaces import SurfaceTable
-from continuum.model.walls import LennardJonesSpline, Wall, WallTable
+from continuum.model.surface import Surface
+from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.runs.config import RunConfig
-from continuum.tables import Positive, tables_in
+from continuum.tables import Positive, TableFamily, frozen, limits_of, tables_in
+from tests.continuum.test_arguments import ANYTHING
+from tests.kinds import KINDS, made
 
 INPUT = "inputs/smoke/nonadhesive.toml"
 
 
 @pytest.fixture
 def newcomer():
-    class Newcomer(WallTable):
+    class Newcomer(Wall, kind="newcomer"):
         """[wall] of law "newcomer"."""
 
-        law: Literal["newcomer", "also-newcomer"]
         strength: Positive
         """tells how strong it is"""
 
@@ -31,24 +40,34 @@ def newcomer():
             return LennardJonesSpline(self.strength)
 
     yield Newcomer
-    for name in ("newcomer", "also-newcomer"):
-        del WallTable.kinds[name]
+    del Wall.kinds["newcomer"]
 
 
-def test_a_kind_is_known_once_it_is_defined(newcomer: type[WallTable]) -> None:
-    for name in ("newcomer", "also-newcomer"):
-        config = load(INPUT, RunConfig, {"wall": {"law": name, "strength": 0.25}})
-        assert type(config.wall) is newcomer
-        assert config.wall.build() == LennardJonesSpline(0.25)
-        assert config.wall.plain() == {"law": name, "strength": 0.25}
+def test_a_kind_is_known_once_it_is_defined(newcomer: type[Wall]) -> None:
+    config = load(INPUT, RunConfig, {"wall": {"law": "newcomer", "strength": 0.25}})
+    assert type(config.wall) is newcomer
+    assert config.wall.build() == LennardJonesSpline(0.25)
+    assert config.wall.plain() == {"law": "newcomer", "strength": 0.25}
+    assert config.wall == newcomer(0.25)
     assert RunConfig(**dict(config)).wall is config.wall  # a table that is there is taken as it is
     # Its source is read when that is shown, not when a program begins.
     assert newcomer.model_fields["strength"].description is None
-    assert 'with `law = "newcomer" or "also-newcomer"`' in markdown(RunConfig, "Keys")
+    assert 'with `law = "newcomer"`' in markdown(RunConfig, "Keys")
     assert "tells how strong" in schema(RunConfig)
 
 
-def test_its_faults_are_told_in_its_words(newcomer: type[WallTable]) -> None:
+def test_a_key_with_fixed_names_names_several_kinds() -> None:
+    class Family(TableFamily):
+        kind_key: ClassVar[str] = "kind"
+
+    class Both(Family):
+        kind: Literal["one", "other"]
+
+    assert Family.kinds == {"one": Both, "other": Both}
+    assert Both.model_validate({"kind": "other"}).plain() == {"kind": "other"}
+
+
+def test_its_faults_are_told_in_its_words(newcomer: type[Wall]) -> None:
     for given, words in (
         ({"law": "newcomer", "strength": -1.0}, "greater than 0 (tells how strong it is)"),
         ({"law": "newcomer", "strength": 1.0, "range": 1.0}, "it belongs to another kind of [wall]"),
@@ -71,6 +90,40 @@ def test_a_kind_that_is_not_defined_is_refused() -> None:
 
 
 def test_a_family_below_another_has_the_kinds_of_both() -> None:
-    assert set(DeckSurface.kinds) == {*SurfaceTable.kinds, "topography"}
-    assert "topography" not in SurfaceTable.kinds
+    assert set(DeckSurface.kinds) == {*Surface.kinds, "topography"}
+    assert "topography" not in Surface.kinds
     assert len(tables_in(DeckConfig.model_fields["surface"].annotation)) == len(DeckSurface.kinds)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_kind_is_one_thing_for_python_and_for_inputs(name: str) -> None:
+    kind, one = KINDS[name], made(KINDS[name])
+    read = kind.model_validate({kind.kind_key: name, **kind.example}, context={})
+    assert one == read == one.model_copy() == pickle.loads(pickle.dumps(one)) == copy.deepcopy(one)
+    assert hash(one) == hash(read)
+    stored = frozen(json.loads(json.dumps(one.plain(), allow_nan=False)))
+    assert kind.model_validate(stored, context={"restored": True}) == one
+    assert stored[kind.kind_key] == name
+    assert [*inspect.signature(kind).parameters] == [*kind.model_fields] or "__init__" in vars(kind)
+    for key in kind.model_fields:
+        with pytest.raises(AttributeError, match="immutable"):
+            setattr(one, key, 1)
+
+
+@pytest.mark.parametrize(("name", "key"), [(name, key) for name, kind in KINDS.items() for key in kind.model_fields])
+@hypothesis.given(value=st.one_of(ANYTHING, st.floats(0.01, 10), st.integers(-3, 20)))
+@hypothesis.settings(max_examples=25)
+def test_what_an_input_takes_python_takes_and_both_refuse_the_same(name: str, key: str, value: Any) -> None:
+    """But for bounds that only inputs have, and for infinity, which an input says by leaving a key out."""
+    kind = KINDS[name]
+    try:
+        one = made(kind).model_copy(update={key: value})
+    except ArgumentError:
+        one = None
+    try:
+        read = kind.model_validate({**kind.example, key: frozen(value)}, context={})
+    except ValidationError:
+        read = None
+    field = kind.model_fields[key]
+    narrower = value == float("inf") or limits_of(field) != limits_of(field, in_inputs=False)
+    assert one == read or (read is None and narrower)

@@ -24,7 +24,7 @@ from atomistic.response.lattice import LatticeResponse
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.surfaces import cylinder, sine, sphere
+from continuum.model.surfaces import CylinderSurface, sine, sphere
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
@@ -52,7 +52,7 @@ def _cylinder(n: int) -> tuple[Real, Pressure]:
         inside = np.sqrt(np.maximum(1 - (x / half_width) ** 2, 0.0))
         return 2 * (load / n) / (np.pi * half_width) * inside + 0 * y
 
-    return cylinder(Grid.square(n), radius), line
+    return CylinderSurface(radius).build(Grid.square(n)), line
 
 
 def _wave(n: int) -> tuple[Real, Pressure]:

@@ -1,12 +1,12 @@
 """The cubic crystal, a half-space or a layer on a rigid base."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
-from continuum.arguments import ArgumentError, instance, number
+from continuum.arguments import ArgumentError, instance
 from continuum.model.cubic import (
     THICK,
     CubicConstants,
@@ -15,46 +15,67 @@ from continuum.model.cubic import (
     surface_stiffness,
 )
 from continuum.model.fourier import Real
-from continuum.model.grid import Grid
-from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substrate, check_mean, with_mean
-from continuum.tables import Fault, Positive, constraint
+from continuum.model.grid import LONGEST, Grid
+from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, with_mean
+from continuum.tables import Fault, OrInfinite, constraint, frozen
 
 OTHER_MEAN = 1.5
 """Largest factor between E* and 1: different means over directions differ by less (fcc metals: 1.2)."""
 
 
-@dataclass(frozen=True)
-class CubicLayer:
+class CubicLayer(PeriodicResponse, kind="crystal"):
     """Cubic crystal with a (100) surface, a half-space or a layer bonded to a rigid base.
 
-    Parameters
-    ----------
-    depth : thickness of the layer, in a0; infinite for a half-space.
-    constants : (C11, C12, C44), in E*: the unit is the mean contact modulus of the crystal.
-    mean : the mean mode; :attr:`compressive_stiffness` is that of the layer itself.
-    axis : angle of the grid's x axis to the cubic axis <100>, in radians; π/4 for the square of surface atoms,
-        whose sides are <110>.
+    In Python its constants are one argument: ``CubicLayer(depth, (c11, c12, c44), mean)``.
+    :attr:`compressive_stiffness` is the mean mode of the layer itself.
     """
 
-    depth: float
-    constants: CubicConstants
-    mean: MeanMode
-    axis: float = np.pi / 4
+    example: ClassVar[Mapping[str, Any]] = {"c11": 1.2, "c12": 0.6, "c44": 0.5, "depth": 4.0, "mean": 0.3}
+    newer: ClassVar[frozenset[str]] = frozenset({"axis"})
 
-    def __post_init__(self) -> None:
-        if not (isinstance(self.depth, float) and np.isposinf(self.depth)):  # a half-space
-            number("depth", self.depth, above=0)
-        check_mean(self.mean)
-        number("axis", self.axis)
-        given = self.constants
-        if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or np.shape(given)[:1] != (3,):
-            raise ArgumentError("constants", given, "three elastic constants, (C11, C12, C44), in E*")
-        constants = CubicConstants(*(number("constants", constant) for constant in given))
-        modulus = contact_modulus(constants)
+    c11: Annotated[float, Field(gt=0, le=LONGEST)]
+    """elastic constant, in E*"""
+    c12: Annotated[float, Field(ge=-LONGEST, le=LONGEST)]
+    """elastic constant, in E*"""
+    c44: Annotated[float, Field(gt=0, le=LONGEST)]
+    """elastic constant, in E*"""
+    mean: MeanMode
+    """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
+    depth: OrInfinite = np.inf
+    """thickness of a layer bonded to a rigid base, in a0; a half-space if not given"""
+    axis: float = np.pi / 4
+    """angle of the x axis of the grid to the cubic axis <100>, in radians; by default the sides of the grid are <110>,
+    those of the square of surface atoms"""
+
+    def __init__(self, depth: float, constants: Sequence[float], mean: MeanMode, axis: float = np.pi / 4) -> None:
+        values, names = frozen(constants), ("c11", "c12", "c44")
+        if not isinstance(values, tuple) or len(values) != 3:
+            raise ArgumentError("constants", constants, "three elastic constants, (C11, C12, C44), in E*")
+        try:
+            self._take(**dict(zip(names, values, strict=True)), depth=depth, mean=mean, axis=axis)
+        except ArgumentError as error:
+            if error.name in names:
+                raise ArgumentError("constants", constants, f"{error.name}: {error.allowed}") from None
+            raise
+
+    @constraint
+    def _stable(self) -> Iterator[Fault]:
+        if not (self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
+            yield Fault(("c12",), "C11 > |C12| and C11 + 2 C12 > 0, or the crystal is not stable")
+            return
+        try:
+            modulus = contact_modulus(self.constants)
+        except ValueError as error:
+            yield Fault(("c44",), f"the ratio of constants that a crystal has: {error}")
+            return
         if not 1 / OTHER_MEAN <= modulus <= OTHER_MEAN:
-            what = f"elastic constants in E*, of a contact modulus of about 1; of these it is {modulus:.6g}"
-            raise ArgumentError("constants", tuple(constants), f"{what}: divide them, and all tractions, by that")
-        object.__setattr__(self, "constants", constants)
+            allowed = f"constants of a contact modulus of about 1, in E*; of these it is {modulus:.6g}"
+            yield Fault(("c11",), allowed, "divide them, and all tractions, by that")
+
+    @property
+    def constants(self) -> CubicConstants:
+        """C11, C12 and C44, in E*."""
+        return CubicConstants(self.c11, self.c12, self.c44)
 
     @property
     def compressive_stiffness(self) -> float:
@@ -76,30 +97,3 @@ class CubicLayer:
         layer = surface_stiffness(self.constants, angle[long_wave], q[long_wave] * self.depth)
         stiffness_q[long_wave] = q[long_wave] * layer
         return with_mean(stiffness_q, self.mean)
-
-
-class CrystalTable(PeriodicTable):
-    """[substrate] of response "crystal": cubic, (100) surface, the grid's axes along <110>."""
-
-    response: Literal["crystal"]
-    c11: Positive
-    """elastic constant, in E*"""
-    c12: float
-    """elastic constant, in E*"""
-    c44: Positive
-    """elastic constant, in E*"""
-    depth: Positive | None = None
-    """thickness of a layer bonded to a rigid base, in a0; a half-space if not given"""
-
-    @constraint
-    def _stable(self) -> Iterator[Fault]:
-        if not (self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
-            yield Fault(("c12",), "C11 > |C12| and C11 + 2 C12 > 0, or the crystal is not stable")
-            return
-        modulus = contact_modulus(CubicConstants(self.c11, self.c12, self.c44))
-        if not 1 / OTHER_MEAN <= modulus <= OTHER_MEAN:
-            cause = f"constants in another unit than E*: divide all three by {modulus:.6g}"
-            yield Fault(("c11",), f"constants of a contact modulus of about 1, not {modulus:.6g}", cause)
-
-    def build(self) -> Substrate:
-        return CubicLayer(self.depth or np.inf, CubicConstants(self.c11, self.c12, self.c44), self.mean)

@@ -1,38 +1,28 @@
 """The isotropic half-space."""
 
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from continuum.arguments import instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substrate, check_mean, with_mean
+from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, with_mean
 
 
-@dataclass(frozen=True)
-class HalfSpace:
+class HalfSpace(PeriodicResponse, kind="half-space"):
     """Isotropic half-space: ``K_q = E* |q|/2`` (Johnson, Contact Mechanics, 1985, section 13.1).
 
-    E* is the unit of all tractions of wall and substrate.
-
-    Parameters
-    ----------
-    mean : the mean mode; see :data:`MeanMode`.  "clamped" is the paper's: an incompressible substrate on a rigid base.
+    E* is the unit of all tractions of wall and substrate.  The mean "clamped" is the paper's: an incompressible
+    substrate on a rigid base.
     """
 
-    mean: MeanMode = "clamped"
+    example: ClassVar[Mapping[str, Any]] = {"mean": "clamped"}
 
-    def __post_init__(self) -> None:
-        check_mean(self.mean)
+    mean: MeanMode
+    """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
+
+    def __init__(self, mean: MeanMode = "clamped") -> None:
+        self._take(mean)
 
     def stiffness(self, grid: Grid) -> Real:
         return with_mean(instance("grid", grid, Grid).wavenumber / 2, self.mean)
-
-
-class HalfSpaceTable(PeriodicTable):
-    """[substrate] of response "half-space"."""
-
-    response: Literal["half-space"]
-
-    def build(self) -> Substrate:
-        return HalfSpace(**self.keywords())

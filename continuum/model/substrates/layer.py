@@ -1,21 +1,19 @@
-"""The isotropic layer on a rigid base."""
+"""An isotropic layer on a rigid base."""
 
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import Field
 
-from continuum.arguments import instance, number
+from continuum.arguments import instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.layered import decayed_remainder
-from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substrate, check_mean, with_mean
+from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, Poisson, with_mean
 from continuum.tables import Positive
 
 
-@dataclass(frozen=True)
-class Layer:
+class Layer(PeriodicResponse, kind="layer"):
     """Isotropic layer bonded to a rigid base, any Poisson ratio up to and including 1/2.
 
     With x = q depth, from plane-strain elasticity with u = 0 at the base and no lateral traction on top (the
@@ -25,22 +23,17 @@ class Layer:
 
     computed with sinh 2x - 2x by its series where x is small, since there an incompressible layer is that difference
     alone (K_q = E* 3/(4 q² depth³) to leading order): to 1e-12 at any depth and Poisson ratio.
-
-    Parameters
-    ----------
-    depth : thickness of the layer, in a0.
-    poisson : ν.
-    mean : the mean mode; :attr:`compressive_stiffness` is that of the layer itself.
+    :attr:`compressive_stiffness` is the mean mode of the layer itself.
     """
 
-    depth: float
-    poisson: float
-    mean: MeanMode
+    example: ClassVar[Mapping[str, Any]] = {"depth": 5.0, "poisson": 0.3, "mean": "clamped"}
 
-    def __post_init__(self) -> None:
-        number("depth", self.depth, above=0)
-        number("poisson", self.poisson, above=-1, most=0.5)
-        check_mean(self.mean)
+    depth: Positive
+    """thickness, in a0"""
+    poisson: Poisson
+    """Poisson's ratio"""
+    mean: MeanMode
+    """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
 
     @property
     def compressive_stiffness(self) -> float:
@@ -61,16 +54,3 @@ class Layer:
         # All terms positive: none cancels another.
         below = a * decayed_remainder(2 * x, 3) + 4 * (1 - 2 * nu) * x * decay
         return with_mean(q / 2 * above / below, self.mean)
-
-
-class LayerTable(PeriodicTable):
-    """[substrate] of response "layer", bonded to a rigid base."""
-
-    response: Literal["layer"]
-    depth: Positive
-    """thickness, in a0"""
-    poisson: Annotated[float, Field(gt=-1, le=0.5)]
-    """Poisson's ratio"""
-
-    def build(self) -> Substrate:
-        return Layer(**self.keywords())

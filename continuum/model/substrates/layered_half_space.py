@@ -1,72 +1,22 @@
 """Isotropic layers on a half-space."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
-import numpy as np
 from pydantic import Field
 
-from continuum.arguments import ArgumentError, instance, number, pair
+from continuum.arguments import instance
 from continuum.model.fourier import Real
 from continuum.model.grid import LONGEST, Grid
 from continuum.model.layered import Solid, layered_stiffness
-from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substrate, check_mean, with_mean
-from continuum.tables import Fault, Table, constraint
+from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, Poisson, with_mean
+from continuum.tables import Description, Fault, constraint, frozen
 
 CONTRAST = 1e12
 """Largest ratio of a modulus to E*, or its inverse: beyond it one material is rigid compared with another."""
 MOST_LAYERS = 1000
-
-
-@dataclass(frozen=True)
-class LayeredHalfSpace:
-    """Isotropic layers, bonded to one another and to an isotropic half-space; a graded solid is many layers.
-
-    E*, the unit of pressure, is one of the contact moduli E/(1-ν²), or between them.  It is best that of the top
-    layer, on which short waves depend: areas, κ and warnings then have the same meaning as on a half-space, and layers
-    on a stiff base agree with :class:`Layer`.  K_q is accurate to 1e-13 for any thickness and Poisson's ratio
-    (:func:`continuum.model.layered.layered_stiffness`).
-
-    Parameters
-    ----------
-    layers : (thickness in a0, contact modulus in E*, Poisson's ratio ν) of each, from the surface down, 1 to 1000.
-    base : (contact modulus in E*, ν) of the half-space below.
-    mean : the mean mode; see :data:`MeanMode`.
-    """
-
-    layers: Sequence[tuple[float, float, float]]
-    base: tuple[float, float]
-    mean: MeanMode = "clamped"
-
-    def __post_init__(self) -> None:
-        layers = self.layers.tolist() if isinstance(self.layers, np.ndarray) else self.layers
-        allowed = f"a list of 1 to {MOST_LAYERS} layers, (thickness, contact modulus, Poisson's ratio) of each"
-        if isinstance(layers, str | bytes) or not isinstance(layers, Sequence) or not 1 <= len(layers) <= MOST_LAYERS:
-            raise ArgumentError("layers", self.layers, allowed)
-        found = []
-        for i, layer in enumerate(layers):
-            if isinstance(layer, str | bytes) or not isinstance(layer, Sequence) or len(layer) != 3:
-                raise ArgumentError(f"layers[{i}]", layer, "(thickness, contact modulus, Poisson's ratio)")
-            thickness = number(f"thickness of layers[{i}]", layer[0], above=0, most=LONGEST)
-            found.append((thickness, *_solid(f"layers[{i}]", *layer[1:])))
-        base = _solid("base", *pair("base", self.base))
-        check_mean(self.mean)
-        if other := _other_unit([modulus for _, modulus, _ in found] + [base.contact_modulus]):
-            raise ArgumentError("layers", self.layers, other)
-        object.__setattr__(self, "layers", tuple(found))
-        object.__setattr__(self, "base", base)
-
-    def stiffness(self, grid: Grid) -> Real:
-        """K_q over the half spectrum, in E*/a0; 0.1 µs for each layer and different length of a wavevector."""
-        layers = [(thickness, Solid(modulus, poisson)) for thickness, modulus, poisson in self.layers]
-        wavenumber = instance("grid", grid, Grid).wavenumber
-        return with_mean(layered_stiffness(layers, Solid(*self.base), wavenumber), self.mean)
-
-
-def _solid(name: str, contact_modulus: object, poisson: object) -> Solid:
-    modulus = number(f"contact modulus of {name}", contact_modulus, least=1 / CONTRAST, most=CONTRAST)
-    return Solid(modulus, number(f"Poisson's ratio of {name}", poisson, above=-1, most=0.5))
+Modulus = Annotated[float, Field(ge=1 / CONTRAST, le=CONTRAST)]
+"""A contact modulus, in E*."""
 
 
 def _other_unit(moduli: Sequence[float]) -> str:
@@ -77,40 +27,70 @@ def _other_unit(moduli: Sequence[float]) -> str:
     return f"contact moduli in E*: one is 1, or some are above and some below, not all from {least:g} to {most:g}"
 
 
-class SolidTable(Table):
+class Base(Description):
     """[substrate.base]: the half-space below."""
 
-    contact_modulus: Annotated[float, Field(ge=1 / CONTRAST, le=CONTRAST)]
+    contact_modulus: Modulus
     """E/(1-ν²), in E*"""
-    poisson: Annotated[float, Field(gt=-1, le=0.5)]
+    poisson: Poisson
     """Poisson's ratio"""
 
 
-class FilmTable(SolidTable):
+class Film(Description):
     """One of the layers of [substrate]."""
 
     thickness: Annotated[float, Field(gt=0, le=LONGEST)]
     """in a0"""
+    contact_modulus: Modulus
+    """E/(1-ν²), in E*"""
+    poisson: Poisson
+    """Poisson's ratio"""
 
 
-class LayeredTable(PeriodicTable):
-    """[substrate] of response "layered-half-space"."""
+class LayeredHalfSpace(PeriodicResponse, kind="layered-half-space"):
+    """Isotropic layers, bonded to one another and to an isotropic half-space; a graded solid is many layers.
 
-    response: Literal["layered-half-space"]
-    layers: Annotated[tuple[FilmTable, ...], Field(max_length=MOST_LAYERS)]
+    E*, the unit of pressure, is one of the contact moduli E/(1-ν²), or between them.  It is best that of the top
+    layer, on which short waves depend: areas, κ and warnings then have the same meaning as on a half-space, and layers
+    on a stiff base agree with :class:`Layer`.  K_q is accurate to 1e-13 for any thickness and Poisson's ratio
+    (:func:`continuum.model.layered.layered_stiffness`).
+
+    In Python layers are tuples (thickness in a0, contact modulus in E*, Poisson's ratio), and so is the base (contact
+    modulus in E*, Poisson's ratio).
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {
+        "layers": ({"thickness": 2.0, "contact_modulus": 1.0, "poisson": 0.3},),
+        "base": {"contact_modulus": 0.4, "poisson": 0.5},
+        "mean": "clamped",
+    }
+
+    layers: Annotated[tuple[Film, ...], Field(max_length=MOST_LAYERS)]
     """from the surface down: {thickness, contact_modulus, poisson} of each"""
-    base: SolidTable
+    base: Base
     """half-space below: {contact_modulus, poisson}"""
+    mean: MeanMode
+    """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
+
+    def __init__(
+        self,
+        layers: Sequence[tuple[float, float, float] | Film],
+        base: tuple[float, float] | Base,
+        mean: MeanMode = "clamped",
+    ) -> None:
+        self._take(frozen(layers), frozen(base), mean)
 
     @constraint
     def _unit(self) -> Iterator[Fault]:
         if not self.layers:
             yield Fault(("layers",), "at least one layer", 'response = "half-space" has none')
             return
-        solids: list[SolidTable] = [*self.layers, self.base]
-        if other := _other_unit([solid.contact_modulus for solid in solids]):
+        moduli = [film.contact_modulus for film in self.layers]
+        if other := _other_unit([*moduli, self.base.contact_modulus]):
             yield Fault(("layers",), other, "moduli in another unit: divide them by that of the top layer")
 
-    def build(self) -> Substrate:
-        layers = [(film.thickness, film.contact_modulus, film.poisson) for film in self.layers]
-        return LayeredHalfSpace(layers, (self.base.contact_modulus, self.base.poisson), self.mean)
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum, in E*/a0; 0.1 µs for each layer and different length of a wavevector."""
+        layers = [(film.thickness, Solid(film.contact_modulus, film.poisson)) for film in self.layers]
+        base = Solid(self.base.contact_modulus, self.base.poisson)
+        return with_mean(layered_stiffness(layers, base, instance("grid", grid, Grid).wavenumber), self.mean)

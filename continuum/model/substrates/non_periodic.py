@@ -1,19 +1,18 @@
 """The isotropic half-space without periodic images."""
 
-from dataclasses import dataclass
-from typing import ClassVar, Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from continuum.arguments import ArgumentError, instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.open_boundary import OpenBoundary
-from continuum.model.substrates.substrate import Substrate, SubstrateTable, with_mean
+from continuum.model.substrates.substrate import Response, with_mean
 
 NO_LINE = "a two-dimensional grid: under a line load the displacement of a half-space without images is infinite"
 
 
-@dataclass(frozen=True)
-class NonPeriodicHalfSpace:
+class NonPeriodicHalfSpace(Response, kind="non-periodic-half-space"):
     """Isotropic half-space without periodic images: tractions act on the grid only.
 
     For spheres, indenters and maps without mirror images.  Each point is a cell under uniform traction, whose
@@ -22,6 +21,9 @@ class NonPeriodicHalfSpace:
     counted from there.  Mean pressure and areas are per area of the grid.  The mean gap cannot be prescribed, since
     the mean displacement of a window is not an independent mode.
     """
+
+    example: ClassVar[Mapping[str, Any]] = {}
+    repeats: ClassVar[bool] = False
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q of a periodic surface, E* q/2, and at q = 0 uniform pressure over mean displacement.
@@ -36,17 +38,5 @@ class NonPeriodicHalfSpace:
             raise ArgumentError("grid", grid, NO_LINE)
         return OpenBoundary(grid)
 
-
-class NonPeriodicTable(SubstrateTable):
-    """[substrate] of response "non-periodic-half-space": a wall without periodic images."""
-
-    repeats: ClassVar[bool] = False
-    response: Literal["non-periodic-half-space"]
-
     def without(self, control: str) -> str:
-        if control == "mean-gap":
-            return "without periodic images the mean gap cannot be prescribed"
-        return ""
-
-    def build(self) -> Substrate:
-        return NonPeriodicHalfSpace()
+        return "without periodic images the mean gap cannot be prescribed" if control == "mean-gap" else ""

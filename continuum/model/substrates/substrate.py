@@ -1,18 +1,16 @@
-"""Interface of all substrates, the mean mode, and the family of their tables."""
+"""Interface of all substrates, the mean mode, and the family of those that an input knows."""
 
-from typing import Annotated, Any, ClassVar, Literal, Protocol
+import sys
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol
 
 import numpy as np
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from continuum.arguments import ArgumentError, number
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.tables import TableFamily
+from continuum.tables import Description
 
-MeanMode = float | Literal["clamped", "free"]
-"""Stiffness of the mean displacement: a number in E*/a0, "clamped" (infinite) or "free" (zero)."""
 _NAMED = {"clamped": np.inf, "free": 0.0}
 
 
@@ -23,55 +21,54 @@ class Substrate(Protocol):
         """K_q over the half spectrum of the grid, in E*/a0; infinite at q = 0 where the mean is clamped."""
 
 
-def with_mean(stiffness_q: Real, mean: MeanMode) -> Real:
+def with_mean(stiffness_q: Real, mean: float | str) -> Real:
     """Set the stiffness of the mean mode; the three choices become a number here and nowhere else."""
     stiffness_q[0, 0] = _NAMED[mean] if isinstance(mean, str) else mean
     return stiffness_q
 
 
-def check_mean(mean: object) -> None:
-    """Check that a value is a :data:`MeanMode`."""
-    if isinstance(mean, str) and mean in _NAMED:
-        return
-    try:
-        number("mean", mean, least=0)
-    except ArgumentError:
-        raise ArgumentError("mean", mean, '"clamped", "free", or a number >= 0') from None
-
-
 def _mean_mode(value: Any) -> Any:
-    try:
-        check_mean(value)
-    except ArgumentError as error:
-        raise PydanticCustomError("mean_mode", "{allowed}", {"allowed": error.allowed}) from None
-    return value if isinstance(value, str) else float(value)
+    named = isinstance(value, str) and value in _NAMED
+    if not named and not (type(value) in (int, float) and 0 <= value <= sys.float_info.max):
+        raise PydanticCustomError("mean_mode", '"clamped", "free", or a number >= 0')
+    return value if named else float(value)
 
 
-_MeanMode = Annotated[MeanMode, BeforeValidator(_mean_mode)]
+MeanMode = Annotated[float | Literal["clamped", "free"], BeforeValidator(_mean_mode)]
+"""Stiffness of the mean displacement: a number in E*/a0, "clamped" (infinite) or "free" (zero)."""
 
 
-class SubstrateTable(TableFamily):
+Poisson = Annotated[float, Field(gt=-1, le=0.5)]
+"""Poisson's ratio."""
+
+
+class Response(Description):
     """[substrate]: elastic response."""
 
     kind_key: ClassVar[str] = "response"
-
     repeats: ClassVar[bool] = True
     """Whether the surface is periodic."""
-    response: str
 
     def without(self, control: str) -> str:
         """Why a control cannot be used with this substrate; empty if it can."""
         return ""
 
-    def build(self) -> Substrate:
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum of the grid, in E*/a0; infinite at q = 0 where the mean is clamped."""
         raise NotImplementedError
 
+    def build(self) -> Substrate:
+        """The substrate that presses: this one, unless a kind describes another."""
+        return self
 
-class PeriodicTable(SubstrateTable):
-    """[substrate] of a periodic surface."""
 
-    mean: _MeanMode
-    """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
+class PeriodicResponse(Response):
+    """[substrate] of a periodic surface, which has the field ``mean``, a :data:`MeanMode`."""
+
+    if TYPE_CHECKING:  # a field at its place among those of each kind
+
+        @property
+        def mean(self) -> MeanMode: ...
 
     def without(self, control: str) -> str:
         if control == "separation" and self.mean == "free":

@@ -1,5 +1,5 @@
 # ruff: noqa: I001
-"""Wall laws, each in a file of its own together with its table of the input; files here are found by themselves."""
+"""Wall laws, each in a file of its own, and each also a table of the input; files here are found by themselves."""
 
 from importlib import import_module
 from pkgutil import iter_modules
@@ -11,7 +11,6 @@ from continuum.model.walls.tabulated import TabulatedWall as TabulatedWall
 from continuum.model.walls.attraction import attraction_on_core as attraction_on_core
 from continuum.model.walls.hard import HardWall as HardWall
 from continuum.model.walls.wall import Wall as Wall
-from continuum.model.walls.wall import WallTable as WallTable
 
 for _file in iter_modules(__path__):
     import_module(f"{__name__}.{_file.name}")

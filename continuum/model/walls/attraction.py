@@ -1,21 +1,75 @@
 """Laws with independent work of adhesion, range and core stiffness; in the paper's law two of them fix the third."""
 
-from typing import ClassVar, Literal, get_args
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import scipy
+from pydantic import Field
 
-from continuum.arguments import choice, number
 from continuum.model.walls.exponential import Exponential
 from continuum.model.walls.spline import LennardJonesSpline
 from continuum.model.walls.tabulated import TabulatedWall
-from continuum.model.walls.wall import Wall, WallTable
+from continuum.model.walls.wall import Wall
 from continuum.tables import Positive
 
 Shape = Literal["spline", "exponential"]
 CORE_PRESSURE = 10.0
 """Pressure up to which a spline's core is tabulated, in E*: beyond that of any elastic contact."""
 _KNOTS = 101
+
+
+class AttractionOnCore(Wall, kind="attraction-on-core"):
+    """[wall] of law "attraction-on-core": independent work of adhesion, range and core stiffness."""
+
+    example: ClassVar[Mapping[str, Any]] = {
+        "shape": "spline",
+        "adhesion_length": 0.005,
+        "effective_range": 0.3,
+        "core_stiffness": 2.0,
+    }
+    newer: ClassVar[frozenset[str]] = frozenset({"core_depth"})
+    work_key: ClassVar[str] = "adhesion_length"
+
+    shape: Shape
+    """"spline", the attraction of the paper's law, or "exponential", of infinite range
+    """
+    adhesion_length: Positive
+    """l_a = w/E*, in a0"""
+    effective_range: Positive = Field()  # not the effective range that other walls derive
+    """distance over which the wall attracts, Eq. (S-5), in a0"""
+    core_stiffness: Positive
+    """stiffness of the core, in E*/a0; at least that of the attraction"""
+    core_depth: Positive | None = None
+    """depth to which the core of a spline is tabulated, in a0, below which the same line continues; if not given, the
+    depth at which the pressure is 10 E*"""
+
+    @property
+    def pull(self) -> float:
+        return 24 * self.adhesion_length / self.effective_range**2
+
+    def build(self) -> Wall:
+        """The law, a table or an exponential."""
+        w, r = self.adhesion_length, self.effective_range
+        reach = r / LennardJonesSpline(1.0).effective_range
+        pull = 12 * w / reach**2  # stiffness of the paper's law, Eq. (S-6)
+        stiffness = max(self.core_stiffness, pull)
+        if self.shape == "spline":
+            depth = CORE_PRESSURE / stiffness if self.core_depth is None else self.core_depth
+            # Dense on both sides of the kink, so that the cubic through the knots follows it.
+            dense = np.linspace(0.0, 1.0, _KNOTS) ** 4
+            outside, inside = reach * dense, -depth * dense[:0:-1]
+            attraction = -pull * outside * (1 - dense) ** 2
+            return TabulatedWall(np.concatenate([inside, outside]), np.concatenate([-stiffness * inside, attraction]))
+
+        def exponential(decay: float) -> Exponential:
+            # γ + γ²/(2 ρ² K) = w
+            k = decay**2 * stiffness
+            return Exponential(2 * w / (1 + np.sqrt(1 + 2 * w / k)), decay, stiffness)
+
+        # On a hard core Δr = 1.35 ρ; on the softest, which overlaps by a part of Δr, ρ is smaller.
+        decay = scipy.optimize.brentq(lambda rho: exponential(r * rho).effective_range / r - 1, 0.1, 1.0, rtol=1e-13)
+        return exponential(r * float(decay))
 
 
 def attraction_on_core(
@@ -40,49 +94,4 @@ def attraction_on_core(
     core_depth : depth to which the core of a spline is tabulated, in a0; the same line continues below it.  None for
         the depth at which the pressure is 10 E*.
     """
-    choice("shape", shape, get_args(Shape))
-    w = number("adhesion_length", adhesion_length, above=0)
-    r = number("effective_range", effective_range, above=0)
-    reach = r / LennardJonesSpline(1.0).effective_range
-    pull = 12 * w / reach**2  # stiffness of the paper's law, Eq. (S-6)
-    stiffness = max(number("core_stiffness", core_stiffness, above=0), pull)
-    if shape == "spline":
-        depth = CORE_PRESSURE / stiffness if core_depth is None else number("core_depth", core_depth, above=0)
-        # Dense on both sides of the kink, so that the cubic through the knots follows it.
-        dense = np.linspace(0.0, 1.0, _KNOTS) ** 4
-        outside, inside = reach * dense, -depth * dense[:0:-1]
-        attraction = -pull * outside * (1 - dense) ** 2
-        return TabulatedWall(np.concatenate([inside, outside]), np.concatenate([-stiffness * inside, attraction]))
-
-    def exponential(decay: float) -> Exponential:
-        # γ + γ²/(2 ρ² K) = w
-        k = decay**2 * stiffness
-        return Exponential(2 * w / (1 + np.sqrt(1 + 2 * w / k)), decay, stiffness)
-
-    # On a hard core Δr = 1.35 ρ; on the softest, which overlaps by a part of Δr, ρ is smaller.
-    decay = scipy.optimize.brentq(lambda rho: exponential(r * rho).effective_range / r - 1, 0.1, 1.0, rtol=1e-13)
-    return exponential(r * float(decay))
-
-
-class AttractionWall(WallTable):
-    """[wall] of law "attraction-on-core": independent work of adhesion, range and core stiffness."""
-
-    law: Literal["attraction-on-core"]
-    shape: Shape
-    """"spline", the attraction of the paper's law, or "exponential", of infinite range
-    """
-    adhesion_length: Positive
-    """l_a = w/E*, in a0"""
-    effective_range: Positive
-    """distance over which the wall attracts, Eq. (S-5), in a0"""
-    core_stiffness: Positive
-    """stiffness of the core, in E*/a0; at least that of the attraction"""
-
-    work_key: ClassVar[str] = "adhesion_length"
-
-    @property
-    def pull(self) -> float:
-        return 24 * self.adhesion_length / self.effective_range**2
-
-    def build(self) -> Wall:
-        return attraction_on_core(**self.keywords())
+    return AttractionOnCore(shape, adhesion_length, effective_range, core_stiffness, core_depth).build()

@@ -1,19 +1,17 @@
 """The hard wall: it only bounds the gap."""
 
-from dataclasses import dataclass
-from typing import ClassVar, Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from continuum.arguments import number
 from continuum.model.fourier import Real
-from continuum.model.walls.wall import Wall, WallTable
-from continuum.tables import Positive
+from continuum.model.walls.wall import Wall
+from continuum.tables import OrInfinite
 
 
-@dataclass(frozen=True)
-class HardWall(Wall):
+class HardWall(Wall, kind="hard"):
     """Non-overlap, no adhesion: gap >= 0, traction >= 0, and one of them zero at each point.
 
     Its traction is not a function of the gap, but the constraint force of the solution.  Contact is where the gap is
@@ -22,13 +20,12 @@ class HardWall(Wall):
     The traction is limited by the hardness.  Where it is reached one of the bodies yields and keeps an imprint: the
     gap is then minus the depth of the new imprint, and contact is where the gap is zero or less.  Perfectly plastic,
     without hardening: Almqvist, Sahlin, Larsson and Glavatskih, Tribol. Int. 40, 574 (2007).
-
-    Parameters
-    ----------
-    hardness : largest traction, in E*; infinite for none.
     """
 
-    hardness: float = np.inf
+    example: ClassVar[Mapping[str, Any]] = {}
+    newer: ClassVar[frozenset[str]] = frozenset({"hardness"})
+    has_law: ClassVar[bool] = False
+    equivalent_range: ClassVar[float] = 0.0
     law: ClassVar[None] = None
     zero_gap: ClassVar[float] = 0.0
     range: ClassVar[float] = 0.0
@@ -37,9 +34,8 @@ class HardWall(Wall):
     largest_tension: ClassVar[float] = 0.0
     largest_softening: ClassVar[float] = 0.0
 
-    def __post_init__(self) -> None:
-        if not (isinstance(self.hardness, float) and np.isposinf(self.hardness)):  # the default
-            number("hardness", self.hardness, above=0)
+    hardness: OrInfinite = np.inf
+    """pressure at which it yields, in E*; it does not yield if not given"""
 
     @property
     def bound(self) -> float:
@@ -53,23 +49,3 @@ class HardWall(Wall):
     def touches(self, gap: Real) -> NDArray[np.bool_]:
         """Where the gap is zero, or negative where the wall yields: there it pushes."""
         return np.asarray(gap <= 0.0)
-
-
-class RigidWall(WallTable):
-    """[wall] of law "hard": non-overlap, no adhesion."""
-
-    newer: ClassVar[frozenset[str]] = frozenset({"hardness"})
-
-    law: Literal["hard"]
-    has_law: ClassVar[bool] = False
-    equivalent_range: ClassVar[float] = 0.0
-
-    hardness: Positive | None = None
-    """pressure at which it yields, in E*; it does not yield if not given"""
-
-    @property
-    def largest_pressure(self) -> float:
-        return np.inf if self.hardness is None else self.hardness
-
-    def build(self) -> Wall:
-        return HardWall() if self.hardness is None else HardWall(self.hardness)

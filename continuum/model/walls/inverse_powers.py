@@ -1,53 +1,51 @@
 """Wall laws of two inverse powers, such as the 9-3 law of an atom above a half-space."""
 
-from dataclasses import InitVar, dataclass, field
+from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field, model_validator
 
-from continuum.arguments import ArgumentError, number, pair
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.spline import LARGEST_RANGE
-from continuum.model.walls.wall import CORE, Wall, WallTable, is_missing
-from continuum.tables import Fraction
+from continuum.model.walls.wall import CORE, NOT_GIVEN, Instead, Wall
+from continuum.tables import Fault, Fraction, InInputs, constraint, frozen
+
+_Power = Annotated[int, Field(ge=2)]
 
 
-@dataclass(frozen=True)
 class InversePowers(Wall):
     """Two inverse powers without cut-off: energy c [(a0/z)^m/m - (a0/z)^n/n], c = k a0/(m - n), minimum at a0.
 
     (m, n) = (9, 3) integrates the 12-6 potential between atoms over a half-space; (12, 6) is the 12-6 law taken
     for the surface itself, with a pressure of (a0/z)^13 - (a0/z)^7.  Work of adhesion k a0/(m n).
-
-    Parameters
-    ----------
-    powers : (m, n) of the energy, m > n > 1.
-    minimum_stiffness : k/a0², stiffness per area at the minimum, in E*/a0.
-    core : gap below which the traction continues linearly, in a0.
-    adhesion_length : l_a = w/E*, in a0, instead of the stiffness, which follows from it: l_a = k/(m n E*).
     """
 
-    powers: tuple[int, int]
-    minimum_stiffness: float = field(default=np.nan)
-    core: float = CORE
-    adhesion_length: InitVar[float | None] = None
+    instead: ClassVar[Mapping[str, str]] = {"adhesion_length": "minimum_stiffness"}
     zero_gap: ClassVar[float] = 1.0
 
-    def __post_init__(self, adhesion_length: float | None) -> None:
-        repulsion, attraction = pair("powers", self.powers)
-        number("powers", repulsion, above=number("powers", attraction, above=1))
-        number("core", self.core, above=0, below=1)
-        if (adhesion_length is None) == is_missing(self.minimum_stiffness):
-            what = "exactly one of adhesion_length and minimum_stiffness"
-            raise ArgumentError("adhesion_length", adhesion_length, what)
-        if adhesion_length is not None:
-            number("adhesion_length", adhesion_length, above=0)
-            object.__setattr__(self, "minimum_stiffness", adhesion_length * self.powers[0] * self.powers[1])
-        number("minimum_stiffness", self.minimum_stiffness, above=0)
+    powers: Annotated[tuple[_Power, _Power], BeforeValidator(frozen)]
+    """whole powers (m, n) of the energy, m > n > 1"""
+    minimum_stiffness: Annotated[float, Field(gt=0), Instead] = NOT_GIVEN
+    """stiffness per area at the minimum, in E*/a0; instead of adhesion_length"""
+    core: Fraction = CORE
+    """gap below which the law is continued with constant stiffness, in a0"""
+    adhesion_length: Annotated[float, Field(gt=0), InInputs(le=LARGEST_RANGE**2 / 24)] | None = None
+    """l_a = w/E*, in a0; the stiffness of the law follows from it"""
+
+    @constraint
+    def _repels(self) -> Iterator[Fault]:
+        if not self.powers[0] > self.powers[1]:
+            yield Fault(("powers",), "(m, n) with m > n > 1")
+
+    @model_validator(mode="after")
+    def _stiffness_of_work(self) -> Self:
+        if self.adhesion_length is not None:
+            vars(self)["minimum_stiffness"] = self.adhesion_length * self.powers[0] * self.powers[1]
+        return self
 
     @cached_property
     def law(self) -> Law:
@@ -62,20 +60,23 @@ class InversePowers(Wall):
         strongest = (m + 1) / (n + 1)
         return np.array([strongest, strongest * (m + 2) / (n + 2)]) ** (1 / (m - n))
 
-
-class InversePowersWall(WallTable):
-    """[wall] of law "lennard-jones-9-3" or "lennard-jones-12-6", without cut-off."""
-
-    law: Literal["lennard-jones-9-3", "lennard-jones-12-6"]
-    adhesion_length: Annotated[float, Field(gt=0, le=LARGEST_RANGE**2 / 24)]
-    """l_a = w/E*, in a0; the stiffness of the law follows from it"""
-    core: Fraction = CORE
-    """gap below which the law is continued with constant stiffness, in a0"""
-
     @property
     def equivalent_range(self) -> float:
-        return float((24 * self.adhesion_length) ** 0.5)
+        return float(np.sqrt(24 * self.work_of_adhesion))
+
+
+class LennardJones93(InversePowers, kind="lennard-jones-9-3"):
+    """[wall] of law "lennard-jones-9-3", without cut-off: a 12-6 potential over a half-space of atoms."""
+
+    example: ClassVar[Mapping[str, Any]] = {"adhesion_length": 0.02}
+    newer: ClassVar[frozenset[str]] = frozenset({"minimum_stiffness"})
+    powers: ClassVar[tuple[int, int]] = (9, 3)  # type: ignore[misc]
 
     def build(self) -> Wall:
-        powers = (9, 3) if self.law == "lennard-jones-9-3" else (12, 6)
-        return InversePowers(powers, core=self.core, adhesion_length=self.adhesion_length)
+        return InversePowers(self.powers, self.minimum_stiffness, self.core)
+
+
+class LennardJones126(LennardJones93, kind="lennard-jones-12-6"):
+    """[wall] of law "lennard-jones-12-6", without cut-off: a 12-6 potential of the surface itself."""
+
+    powers: ClassVar[tuple[int, int]] = (12, 6)  # type: ignore[misc]

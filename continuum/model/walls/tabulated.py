@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike
 
 from continuum.arguments import array
 from continuum.model import laws
@@ -16,24 +16,23 @@ from continuum.model.laws import Law
 from continuum.model.walls.wall import Wall
 
 
-@dataclass(frozen=True, eq=False)
 class TabulatedWall(Wall):
     """A law given as a table of traction against gap: a cubic spline through the knots.
 
     The energy is the integral of the spline, zero at the last knot, so that energy, traction and stiffness are
     consistent.  Below the first knot the traction continues linearly, beyond the last it is zero.
 
-    Parameters
-    ----------
-    gap : increasing knots, in a0, at least four.
-    traction : traction at each knot, in E*, compression positive; zero at the last knot.
+    Raises ValueError unless gap and traction are such columns.  Two walls are equal only if they are one object.
     """
 
     gap: Real
+    """increasing knots, in a0, at least four"""
     traction: Real
+    """traction at each knot, in E*, compression positive; zero at the last knot"""
 
-    def __post_init__(self) -> None:
-        gap, traction = (np.array(array(name, getattr(self, name)), np.float64) for name in ("gap", "traction"))
+    def __init__(self, gap: ArrayLike, traction: ArrayLike) -> None:
+        given = {"gap": gap, "traction": traction}
+        gap, traction = (np.array(array(name, value), np.float64) for name, value in given.items())
         if gap.ndim != 1 or gap.shape != traction.shape or gap.size < 4:
             msg = f"gap, traction: a wall table is two columns of at least 4 rows, not {gap.shape} and {traction.shape}"
             raise ValueError(msg)
@@ -44,9 +43,11 @@ class TabulatedWall(Wall):
         if not (traction[0] > 0 and abs(traction[-1]) <= 1e-12 * np.abs(traction).max()):
             msg = "traction: a wall table starts repulsive (traction > 0) and ends where the traction has vanished"
             raise ValueError(msg)
-        for name, values in (("gap", gap), ("traction", traction)):
-            values.flags.writeable = False
-            object.__setattr__(self, name, values)
+        gap.flags.writeable = traction.flags.writeable = False
+        self._take(gap, traction)
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
 
     @property
     def knots(self) -> Mapping[str, Real]:

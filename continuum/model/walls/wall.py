@@ -7,18 +7,19 @@ each solve.  The formulas are those of :mod:`continuum.model.laws`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import WrapValidator
 
 from continuum.arguments import array
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
-from continuum.tables import TableFamily
+from continuum.tables import Description, Fault, constraint
 from continuum.theory import paper
 
 CORE = 0.7
@@ -36,8 +37,16 @@ class Interaction(NamedTuple):
     """d²energy/d gap² = -d traction/d gap, in E*/a0; negative where the law softens."""
 
 
-class Wall:
-    """Interface of all wall laws; lengths are in a0, tractions in E*."""
+class Wall(Description):
+    """[wall]: law between wall and surface; lengths are in a0, tractions in E*."""
+
+    kind_key: ClassVar[str] = "law"
+    has_law: ClassVar[bool] = True
+    """Whether the traction is a function of the gap."""
+    work_key: ClassVar[str] = ""
+    """The key that sets the work of adhesion, or most of it; empty if there is none."""
+    instead: ClassVar[Mapping[str, str]] = {}
+    """Keys that may be given instead of another one, of which an object then has the value that follows."""
 
     if TYPE_CHECKING:  # fields in one law, derived in another: a property here would hide the field
 
@@ -57,13 +66,71 @@ class Wall:
         def stationary_gaps(self) -> Real:
             """Gaps at which tension or softening may be largest: where they are stationary, or have a kink."""
 
-    @property
-    def range(self) -> float:
-        """Distance beyond ``zero_gap`` over which the wall attracts: its cut-off, or its effective range."""
-        return self.effective_range
+        @property
+        def range(self) -> float:
+            """Distance beyond ``zero_gap`` over which the wall attracts: its cut-off, or its effective range."""
 
-    hardness: float = np.inf
-    """Traction at which one of the bodies yields, in E*; infinite where none does."""
+        @property
+        def hardness(self) -> float:
+            """Traction at which one of the bodies yields, in E*; infinite where none does."""
+
+    else:
+        hardness: ClassVar[float] = np.inf
+
+        @cached_property
+        def range(self) -> float:
+            if "range" in type(self).model_fields:  # and is faulty, in an input
+                raise AttributeError("range")
+            return self.effective_range
+
+    def build(self) -> Wall:
+        """The wall that presses: this one, unless a kind describes another, as by a table of its law."""
+        return self
+
+    def at_work(self, work: float) -> Wall:
+        """The wall with another work of adhesion and all other parameters unchanged."""
+        other = {self.instead[self.work_key]: None} if self.work_key in self.instead else {}
+        return self.model_copy(update={self.work_key: work} | other).build()
+
+    def restored(self, stored: Mapping[str, Any]) -> Wall:
+        """The wall of a stored run, from the ``knots`` stored with it, without its input files."""
+        return self.build()
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The parameters of the law by their names, by which walls compare."""
+        return {name: getattr(self, name) for name in type(self).model_fields if name not in self.instead}
+
+    def value(self, name: str) -> Any:
+        replaced = any(name == other and getattr(self, key) is not None for key, other in self.instead.items())
+        return None if replaced else super().value(name)
+
+    @constraint
+    def _one_strength(self) -> Iterator[Fault]:
+        for key, other in self.instead.items():
+            absent = getattr(self, key) is None
+            if absent == (getattr(self, other) is None):
+                cause = "neither is given" if absent else "both are given"
+                yield Fault((key,), f"exactly one of {key} and {other}", cause)
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and self.numbers == other.numbers
+
+    def __hash__(self) -> int:
+        return hash((type(self), *self.numbers.values()))
+
+    def __repr_args__(self) -> Iterable[tuple[str, Any]]:
+        return self.numbers.items()
+
+    @property
+    def equivalent_range(self) -> float:
+        """Range of the paper's law with the same work of adhesion, in a0, on which the cost of equilibria depends."""
+        return 0.35  # of a law with unknown work: that of l_a = 0.005 a0
+
+    @property
+    def pull(self) -> float | None:
+        """Stiffness of the attraction in E*/a0 if it is independent of the core; used to estimate cost."""
+        return None
 
     @property
     def bound(self) -> float:
@@ -135,48 +202,6 @@ class Wall:
         return max(0.0, -float(self.evaluate(gaps).stiffness.min(initial=0.0)))
 
 
-def is_missing(value: object) -> bool:
-    """Whether an argument has its default NaN, that is, was not given."""
-    return isinstance(value, float) and np.isnan(value)
-
-
-class WallTable(TableFamily):
-    """[wall]: law between wall and surface.
-
-    A law and its table are two classes: the table has measurable quantities, such as the work of adhesion, within the
-    bounds of linear elasticity, and the law the parameters of its formula.
-    """
-
-    kind_key: ClassVar[str] = "law"
-    has_law: ClassVar[bool] = True
-    """Whether the traction is a function of the gap."""
-    work_key: ClassVar[str] = ""
-    """The key that sets the work of adhesion, or most of it; empty if there is none."""
-
-    law: str
-
-    @property
-    def largest_pressure(self) -> float:
-        """Upper bound of the mean pressure, in E*, that of full yield; infinite if the wall does not yield."""
-        return np.inf
-
-    @property
-    def equivalent_range(self) -> float:
-        """Range of the paper's law with the same work of adhesion, in a0, on which the cost of equilibria depends."""
-        return 0.35  # of a law with unknown work: that of l_a = 0.005 a0
-
-    @property
-    def pull(self) -> float | None:
-        """Stiffness of the attraction in E*/a0 if it is independent of the core; used to estimate cost."""
-        return None
-
-    def build(self) -> Wall:
-        raise NotImplementedError
-
-    def at_work(self, work: float) -> Wall:
-        """The law with another work of adhesion and all other parameters unchanged."""
-        return self.model_copy(update={self.work_key: work}).build()
-
-    def restored(self, stored: Mapping[str, Any]) -> Wall:
-        """The law of a stored run, from the ``knots`` stored with it, without its input files."""
-        return self.build()
+Instead = WrapValidator(lambda value, given: None if value is None else given(value))
+"""Of a key that another one may be given for (:attr:`Wall.instead`), with the default :data:`NOT_GIVEN`."""
+NOT_GIVEN: Any = None

@@ -86,7 +86,7 @@ def test_one_number_where_two_are_needed_is_one_clear_message(
 
 def test_a_deck_knows_surfaces_and_walls_of_files_whatever_was_imported_before() -> None:
     code = (
-        "from atomistic.config.deck import DeckConfig, DeckSurface; from continuum.model.walls import WallTable\n"
-        "assert 'file' in DeckSurface.kinds and 'table' in WallTable.kinds"
+        "from atomistic.config.deck import DeckConfig, DeckSurface; from continuum.model.walls import Wall\n"
+        "assert 'file' in DeckSurface.kinds and 'table' in Wall.kinds"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

@@ -63,7 +63,7 @@ def test_the_pieces_of_a_law_are_the_law(name):
 
 @compiler
 @pytest.mark.usefixtures("built")
-@pytest.mark.parametrize("name", ["spline", "12-6", "exponential", "long table"])
+@pytest.mark.parametrize("name", ["lennard-jones-spline", "lennard-jones-12-6", "exponential", "long table"])
 def test_the_plugin_is_the_law_above_a_site(tmp_path, name):
     deck = spread(WALLS[name])
     result = run_in_process(write_deck(tmp_path, replace(deck, wall_force="plugin")))
@@ -78,7 +78,7 @@ def test_the_plugin_is_the_law_above_a_site(tmp_path, name):
 @pytest.mark.usefixtures("built")
 def test_the_plugin_is_the_spline_where_the_atoms_are(tmp_path):
     spline = HeightSpline(0.1 * np.random.default_rng(4).standard_normal(SHAPE))
-    deck = displaced(WALLS["spline"], spline)
+    deck = displaced(WALLS["lennard-jones-spline"], spline)
     result = run_in_process(write_deck(tmp_path / "plugin", deck))
     formulas = run_in_process(write_deck(tmp_path / "formulas", replace(deck, wall_force="formulas")))
     at = deck.slab.positions[0] + result.displacements[0]
@@ -96,7 +96,7 @@ def test_the_plugin_is_the_spline_where_the_atoms_are(tmp_path):
 @pytest.mark.usefixtures("built")
 def test_a_wall_that_has_a_formula_is_a_map_four_times_as_fine(tmp_path):
     waves = Waves((5.0, 7.0), 0.0, ((0.1, 1, 0, 0.3), (0.05, 1, -1, 1.0)))
-    deck = displaced(WALLS["spline"], waves)
+    deck = displaced(WALLS["lennard-jones-spline"], waves)
     assert map_of(waves, SHAPE).shape == (20, 28)
     result = run_in_process(write_deck(tmp_path, deck))
     at = deck.slab.positions[0] + result.displacements[0]
@@ -115,7 +115,7 @@ def test_a_wall_that_has_a_formula_is_a_map_four_times_as_fine(tmp_path):
 @pytest.mark.long
 def test_a_deck_by_the_plugin_relaxes_and_slides_as_one_by_formulas_on_two_ranks_too(tmp_path):
     with pytest.warns(UserWarning, match="fewer than 4 points"):
-        contact = c.Contact(0.02 * np.random.default_rng(1).standard_normal((6, 6)), WALLS["spline"])
+        contact = c.Contact(0.02 * np.random.default_rng(1).standard_normal((6, 6)), WALLS["lennard-jones-spline"])
     runs = {}
     for by in ("formulas", "plugin"):
         deck = a.deck(contact, separations=[1.05, 1.0], depth=4, follows="atom", wall_force=by)
@@ -152,7 +152,7 @@ def test_a_deck_by_the_plugin_relaxes_and_slides_as_one_by_formulas_on_two_ranks
     ],
 )
 def test_what_the_plugin_cannot_do_is_an_error_of_lammps(tmp_path, before, after, words):
-    deck = write_deck(tmp_path, replace(spread(WALLS["spline"]), wall_force="plugin"))
+    deck = write_deck(tmp_path, replace(spread(WALLS["lennard-jones-spline"]), wall_force="plugin"))
     script = deck / "in.wall"
     assert before in script.read_text()
     script.write_text(script.read_text().replace(before, after))
@@ -183,7 +183,7 @@ def test_a_compiler_that_fails_or_lies_leaves_the_folder_as_it_was(tmp_path, mon
     script.write_text(f"#!/bin/sh\n{compiler}\n")
     script.chmod(0o755)
     monkeypatch.setenv("CXX", str(script))
-    deck = replace(spread(WALLS["spline"]), wall_force="plugin")
+    deck = replace(spread(WALLS["lennard-jones-spline"]), wall_force="plugin")
     folder = tmp_path / "deck"
     with pytest.raises(PluginError, match=f"(?s){words}"):
         write_deck(folder, deck)

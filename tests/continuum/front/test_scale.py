@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 import continuum as c
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.walls import Wall, WallTable
+from continuum.model.walls import Wall
+from tests.kinds import IN_UNITS
 from tests.problems import Rough
 
 ROUGH = Rough(48)
@@ -32,38 +33,6 @@ class InUnits:
 
     def stiffness(self, grid: Grid) -> Real:
         return self.modulus * c.HalfSpace().stiffness(grid)
-
-
-def hard(e: float, s: float) -> Wall:
-    return c.HardWall()
-
-
-def exponential(e: float, s: float) -> Wall:
-    return c.Exponential(0.005 * e * s, 0.3 * s, 2.0 * e / s)
-
-
-def table(e: float, s: float, law: Wall | None = None) -> Wall:
-    law = law or c.LennardJonesSpline(adhesion_length=0.005)
-    gap = np.linspace(0.7, min(law.reach, 5.0), 201)
-    traction = law.evaluate(gap).traction
-    return c.TabulatedWall(s * gap, e * (traction - traction[-1]))
-
-
-def attraction(e: float, s: float) -> Wall:
-    return c.attraction_on_core("spline", 0.005 * e * s, 0.3 * s, 2.0 * e / s)
-
-
-LAWS: dict[str, Callable[[float, float], Wall]] = {
-    "hard": hard,
-    "exponential": exponential,
-    "table": table,
-    "attraction-on-core": attraction,
-    # The unit of these is a0: another one has their table.
-    "lennard-jones-spline": table,
-    "lennard-jones-9-3": partial(table, law=c.InversePowers((9, 3), adhesion_length=0.005)),
-    "lennard-jones-12-6": partial(table, law=c.InversePowers((12, 6), adhesion_length=0.005)),
-}
-"""Of each kind of law, one whose modulus and length are given."""
 
 
 def spline(e: float, s: float) -> Wall:
@@ -101,7 +70,7 @@ def same(state: c.State, base: c.State, control: str, e: float = 1.0, s: float =
         assert state.mean_gap / s == pytest.approx(base.mean_gap, rel=EQUAL_UNITS)
 
 
-@pytest.mark.parametrize("wall", [hard, exponential, table, spline])
+@pytest.mark.parametrize("wall", [*(IN_UNITS[name] for name in ("hard", "exponential", "table")), spline])
 @given(exponent=st.floats(-8, 8), given=CONTROLS)
 @example(exponent=-6.0, given=("pressure", 0.01))
 @settings(max_examples=6)
@@ -122,10 +91,10 @@ def test_the_unit_of_pressure_does_not_matter(wall, exponent: float, given: tupl
 
 @cache
 def in_a0(law: str, control: str, value: float) -> c.State:
-    return press(c.Contact(ROUGH.heights(), wall=LAWS[law](1.0, 1.0)), control, value).require()
+    return press(c.Contact(ROUGH.heights(), wall=IN_UNITS[law](1.0, 1.0)), control, value).require()
 
 
-@pytest.mark.parametrize("law", sorted(WallTable.kinds))
+@pytest.mark.parametrize("law", sorted(IN_UNITS))
 @given(exponent=st.floats(-3, 3), given=st.sampled_from([*GIVEN, ("area", 0.03), ("pressure", -0.001)]))
 @example(exponent=-3.0, given=("area", 0.2))
 @example(exponent=-3.0, given=("pressure", 0.01))
@@ -137,7 +106,7 @@ def test_the_unit_of_length_does_not_matter(law: str, exponent: float, given: tu
     if law == "hard" and value < 0:
         return  # it holds no tension
     s, base = 10.0**exponent, in_a0(law, control, value)
-    contact = c.Contact(s * ROUGH.heights(), wall=LAWS[law](1.0, s), period=(48 * s, 48 * s))
+    contact = c.Contact(s * ROUGH.heights(), wall=IN_UNITS[law](1.0, s), period=(48 * s, 48 * s))
     state = press(contact, control, value, s=s).require()
     same(state, base, control, s=s)
     # Trials of a search begin and end a little otherwise by rounding.
@@ -149,7 +118,9 @@ def test_the_unit_of_length_does_not_matter(law: str, exponent: float, given: tu
 def test_nor_does_it_where_nothing_is_repeated() -> None:
     heights, found = Rough(32).heights(), []
     for s in (1.0, 1e-3, 1e3):
-        contact = c.Contact(s * heights, attraction(1.0, s), c.NonPeriodicHalfSpace(), period=(32 * s, 32 * s))
+        contact = c.Contact(
+            s * heights, IN_UNITS["attraction-on-core"](1.0, s), c.NonPeriodicHalfSpace(), period=(32 * s, 32 * s)
+        )
         state = contact.press(area=0.2).require()
         found.append((state.area_rep, state.load, state.separation / s))
     np.testing.assert_allclose(found[1:], [found[0]] * 2, rtol=1e-4)  # residuals are 1e-6 of a few percent of E*

@@ -6,40 +6,31 @@ import numpy as np
 import pytest
 
 from continuum.arguments import ArgumentError
-from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate, TabulatedSubstrate
-from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
-from continuum.model.walls.tabulated import TabulatedWall
+from continuum.model.substrates import HalfSpace, Layer, TabulatedSubstrate
+from continuum.model.walls import LennardJonesSpline
+from tests import kinds
 
 GRIDS = [Grid((8, 8), (8.0, 8.0)), Grid((7, 9), (7.0, 11.0)), Grid((10, 5), (5.0, 5.0))]
 
 
-def _table_wall() -> TabulatedWall:
-    gap = np.linspace(0.7, 1.4, 101)
-    return TabulatedWall(gap, LennardJonesSpline(0.4).evaluate(gap).traction)
-
-
 WALLS = {
-    "spline": LennardJonesSpline(0.34641),
-    "long spline": LennardJonesSpline(1.09545),
+    **kinds.WALLS,
     "nonadhesive": LennardJonesSpline(0.0),
     "stiff": LennardJonesSpline(0.3, minimum_stiffness=20.0),
-    "table": _table_wall(),
-    "9-3": InversePowers((9, 3), 0.5),
-    "12-6": InversePowers((12, 6), 1.0),
-    "exponential": Exponential(0.01, 0.3, 2.0),
+    "table": kinds.table(1.0, 1.0, LennardJonesSpline(0.4)),
 }
 RESPONSES = {
-    "half-space, clamped": lambda grid: HalfSpace("clamped"),
+    **{name: lambda grid, one=one: one for name, one in kinds.SUBSTRATES.items() if not hasattr(one, "open_boundary")},
     "half-space, free": lambda grid: HalfSpace("free"),
-    "layer": lambda grid: Layer(5.0, 0.3, Layer(5.0, 0.3, "free").compressive_stiffness),
-    "crystal": lambda grid: CubicLayer(4.0, CubicConstants(1.2, 0.6, 0.5), 0.3),
+    "compressible layer": lambda grid: Layer(5.0, 0.3, Layer(5.0, 0.3, "free").compressive_stiffness),
     "incompressible layer": lambda grid: Layer(5.0, 0.5, "clamped"),
     "table": lambda grid: TabulatedSubstrate(1.0 + grid.wavenumber**2, grid.lengths, "test"),
 }
+# Elastic energy and that of the wall are a sum: each law on one substrate and each substrate under one law are enough.
+CASES = [*((wall, "half-space") for wall in WALLS), *(("lennard-jones-spline", name) for name in RESPONSES)]
 
 
 @pytest.fixture(params=GRIDS, ids=lambda grid: f"{grid.shape}")
@@ -47,15 +38,10 @@ def grid(request: pytest.FixtureRequest) -> Grid:
     return request.param
 
 
-@pytest.fixture(params=WALLS.values(), ids=WALLS.keys())
-def wall(request: pytest.FixtureRequest) -> Wall:
-    return request.param
-
-
-@pytest.fixture(params=RESPONSES.values(), ids=RESPONSES.keys())
-def problem(request: pytest.FixtureRequest, grid: Grid, wall: Wall, rng: np.random.Generator) -> ContactProblem:
-    response: Substrate = request.param(grid)
-    return ContactProblem(grid, wall, 0.2 * rng.normal(size=grid.shape), response)
+@pytest.fixture(params=dict.fromkeys(CASES), ids=", ".join)
+def problem(request: pytest.FixtureRequest, grid: Grid, rng: np.random.Generator) -> ContactProblem:
+    wall, response = request.param
+    return ContactProblem(grid, WALLS[wall], 0.2 * rng.normal(size=grid.shape), RESPONSES[response](grid))
 
 
 def _random_states(problem: ContactProblem, rng: np.random.Generator) -> tuple[Real, Real]:

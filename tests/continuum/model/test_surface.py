@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from continuum.arguments import ArgumentError
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments, power_spectrum
-from continuum.model.surfaces import SelfAffineSurface, cylinder, punch, sine, sphere
+from continuum.model.surfaces import CylinderSurface, PunchSurface, SelfAffineSurface, sine, sphere
 from tests.wrong import ANYTHING, refused_by_name
 
 PAPER = SelfAffine(hurst=0.8, rms_slope=0.1, lambda_s=16.0, lambda_L=128.0)
@@ -122,7 +122,7 @@ def test_a_surface_finer_than_the_grid_is_refused() -> None:
 
 
 def test_a_surface_without_modes_is_refused() -> None:
-    with pytest.raises(ArgumentError, match=r"lambda_s = 40: allowed: .*no wavevector"):
+    with pytest.raises(ArgumentError, match=r"lambda_s = 40.0: allowed: .*no wavevector"):
         SelfAffine(0.8, 0.1, 40, 80).synthesise(Grid.square(32), np.random.default_rng(0))
 
 
@@ -136,7 +136,7 @@ def test_sphere_is_a_paraboloid_lowest_at_the_centre() -> None:
 def test_a_cylinder_is_a_parabola_across_and_straight_along_its_axis() -> None:
     grid = Grid((32, 16), (32.0, 16.0))
     for axis in (0, 1):
-        heights = cylinder(grid, 20.0, axis)
+        heights = CylinderSurface(20.0, "xy"[axis]).build(grid)
         assert heights.shape == grid.shape
         assert np.ptp(heights, axis=axis).max() == 0
         across = np.take(heights, 0, axis=axis)
@@ -146,7 +146,7 @@ def test_a_cylinder_is_a_parabola_across_and_straight_along_its_axis() -> None:
 
 def test_a_punch_is_flat_and_rises_at_its_edge() -> None:
     grid = Grid.square(32)
-    heights = punch(grid, 8.0, 10.0)
+    heights = PunchSurface(8.0, 10.0).build(grid)
     r = np.hypot(*(position - 16 for position in grid.positions))
     assert (heights[r <= 8] == 0).all()
     assert heights[16 + 12, 16] == pytest.approx(4**2 / 20)
@@ -190,8 +190,8 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "power_spectrum": (power_spectrum, {"grid": SMALL, "heights": FLAT}),
     "sphere": (sphere, {"grid": SMALL, "radius": 5.0}),
     "sine": (sine, {"grid": SMALL, "amplitude": 0.1, "waves": (1, 0)}),
-    "cylinder": (cylinder, {"grid": SMALL, "radius": 5.0, "axis": 1}),
-    "punch": (punch, {"grid": SMALL, "flat_radius": 1.0, "edge_radius": 5.0}),
+    "cylinder": (CylinderSurface, {"radius": 5.0, "along": "y"}),
+    "punch": (PunchSurface, {"flat_radius": 1.0, "edge_radius": 5.0}),
     "Grid": (Grid, {"shape": (4, 4), "lengths": (4.0, 4.0)}),
     "square": (Grid.square, {"n": 4, "spacing": 1.0}),
     "forward": (SMALL.forward, {"values": FLAT}),
@@ -216,9 +216,9 @@ def test_no_size_of_a_surface_is_computed_with_that_is_no_number() -> None:
     for made, name in (
         (lambda: moments(SMALL, 1e200 * rough), "heights"),
         (lambda: sphere(SMALL, 1e-320), "radius"),
-        (lambda: cylinder(SMALL, 0.0), "radius"),
-        (lambda: punch(SMALL, 1.0, 0.0), "edge_radius"),
-        (lambda: punch(SMALL, 9.0, 1.0), "flat_radius"),  # flat all over the period
+        (lambda: CylinderSurface(0.0).build(SMALL), "radius"),
+        (lambda: PunchSurface(1.0, 0.0).build(SMALL), "edge_radius"),
+        (lambda: PunchSurface(9.0, 1.0).build(SMALL), "flat_radius"),  # flat all over the period
         (lambda: SelfAffine(0.8, 1e6, 2.0, 4.0), "rms_slope"),
         (lambda: Grid((4, 4), (1e-300, 1.0)), "lengths"),
     ):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from typing import Any, get_args, get_type_hints
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,13 +16,11 @@ from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
 from continuum.model.laws import evaluate
-from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall, WallTable
-from continuum.model.walls.attraction import AttractionWall, Shape, attraction_on_core
-from continuum.model.walls.exponential import ExponentialWall
-from continuum.model.walls.inverse_powers import InversePowersWall
-from continuum.model.walls.spline import SplineWall
+from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls.attraction import AttractionOnCore, Shape, attraction_on_core
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.theory import paper
+from tests.kinds import IN_UNITS
 
 RANGES = [0.10954, 0.34641, 1.09545]
 
@@ -158,21 +156,10 @@ def test_an_attraction_on_a_core_refuses_what_has_no_meaning() -> None:
 
 
 LAWS: dict[str, Callable[[float], Wall]] = {
-    "exponential": lambda s: Exponential(0.005 * s, 0.3 * s, 2.0 / s),
-    "attraction-on-core": lambda s: attraction_on_core("spline", 0.005 * s, 0.3 * s, 2.0 / s),
-    "attraction-on-core, exponential": lambda s: attraction_on_core("exponential", 0.005 * s, 0.3 * s, 2.0 / s),
+    **{name: partial(made, 1.0) for name, made in IN_UNITS.items() if name != "hard"},
     "lennard-jones-spline": lambda s: LennardJonesSpline(0.35 * s, 0.5 / s),
-    "lennard-jones-9-3": lambda s: stretched(InversePowers((9, 3), adhesion_length=0.005), s),
-    "lennard-jones-12-6": lambda s: stretched(InversePowers((12, 6), adhesion_length=0.005), s),
-    "table": lambda s: stretched(InversePowers((8, 2), adhesion_length=0.005), s),
 }
 """Of each kind of law one whose lengths are s times as long, at the same tractions."""
-
-
-def stretched(law: Wall, s: float) -> TabulatedWall:
-    gap = law.zero_gap + np.linspace(-0.2, 4.0, 801)
-    traction = law.evaluate(gap).traction
-    return TabulatedWall(s * gap, traction - traction[-1])
 
 
 @pytest.mark.parametrize("kind", LAWS)
@@ -194,10 +181,6 @@ def test_a_law_of_any_length_knows_its_own_numbers(kind: str, exponent: float) -
     tensions = [wall.largest_tension_from(gap) for gap in beyond]
     assert tensions[0] == wall.largest_tension
     assert tensions[2] == near(-wall.evaluate(beyond[2]).traction.item())
-
-
-def test_all_kinds_of_laws_are_stretched() -> None:
-    assert {kind.partition(",")[0] for kind in LAWS} == {name for name, kind in WallTable.kinds.items() if kind.has_law}
 
 
 @pytest.mark.parametrize("kind", LAWS)
@@ -333,16 +316,11 @@ def test_a_law_is_the_printed_one(wall: Wall, traction: Callable[[float], float]
     ],
 )
 def test_a_table_of_an_input_is_the_law_that_it_names(table: dict[str, Any], wall: Wall) -> None:
-    given = next(kind for kind in (SplineWall, InversePowersWall, ExponentialWall) if table["law"] in kind_names(kind))
-    read = given(**table)
+    read = Wall.kinds[table["law"]].model_validate(table, context={})
     assert read.build() == wall
     # The range of the paper's law of the same work of adhesion.
     work = table.get("adhesion_length", table.get("surface_energy", 0.3**2 / 24))
     assert read.equivalent_range == pytest.approx(LennardJonesSpline(adhesion_length=work).range)
-
-
-def kind_names(table: type[WallTable]) -> tuple[str, ...]:
-    return get_args(get_type_hints(table)["law"])
 
 
 def test_a_hard_wall_touches_where_no_gap_is_left() -> None:
@@ -351,9 +329,7 @@ def test_a_hard_wall_touches_where_no_gap_is_left() -> None:
 
 def test_the_pull_of_an_attraction_is_that_of_the_law_that_it_is_made_of() -> None:
     """Twice the stiffness at the minimum of the paper's law of this work and range, up to its effective range."""
-    table = AttractionWall(
-        law="attraction-on-core", shape="spline", adhesion_length=0.005, effective_range=0.35, core_stiffness=5.0
-    )
+    table = AttractionOnCore("spline", adhesion_length=0.005, effective_range=0.35, core_stiffness=5.0)
     law = LennardJonesSpline(adhesion_length=0.005)
     of_one_range = 24 * law.work_of_adhesion / law.range**2
     assert of_one_range == pytest.approx(2 * law.minimum_stiffness)

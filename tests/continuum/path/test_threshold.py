@@ -18,7 +18,7 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, LayeredHalfSpace, Substrate
 from continuum.model.surface import SelfAffine
-from continuum.model.surfaces import cylinder, sphere
+from continuum.model.surfaces import CylinderSurface, sphere
 from continuum.model.walls import HardWall, InversePowers, LennardJonesSpline, attraction_on_core
 from continuum.path import threshold
 from continuum.path.derivative import Tangent
@@ -98,7 +98,7 @@ def test_the_error_of_the_first_order_of_a_cylinder_goes_with_the_grid(reach: fl
     errors = []
     for finer in (1, 2, 4, 8):  # the same contact, 15 to 120 points on each side of its middle
         grid = Grid((1, 128 * finer + 1), (1.0, 128.0 * finer + 1))
-        heights, wall_of = cylinder(grid, 100.0 * finer, axis=0), spline(reach * finer, CORE / finer)
+        heights, wall_of = CylinderSurface(100.0 * finer, "x").build(grid), spline(reach * finer, CORE / finer)
         state = pressed(heights, grid, 30 * finer / grid.shape[1], CORE / finer)
         work = 1e-3 * state.dmt(wall_of)
         errors.append(abs(first_order(state, wall_of, work) / tangent_of_load(state, heights, wall_of, work) - 1))

@@ -37,7 +37,7 @@ def faults(path: Path) -> str:
         ("lambda_s = 6.0", "lambda_s = -6.0", 10, "surface.lambda_s = -6.0", "greater than 0"),
         ("lambda_s = 6.0", "lambda_s = 1.9", 10, "surface.lambda_s = 1.9", "two spacings, 2 a0"),
         ("lambda_L = 12.0", "lambda_L = 24.5", 11, "surface.lambda_L = 24.5", "at most the period, 24 a0"),
-        ("lambda_L = 12.0", "lambda_L = 5.0", 10, "surface.lambda_s = 6.0", "below lambda_L"),
+        ("lambda_L = 12.0", "lambda_L = 5.0", 10, "surface.lambda_s = 6.0", "at most lambda_L"),
         ("period = [24, 30]", "period = [24, 29.5]", 4, "grid.period = [24, 29.5]", "whole number of a0"),
         ("n = [24, 30]", "n = [25, 30]", 3, "grid.n = [25, 30]", "multiple of the period"),
         ("n = [24, 30]", "n = [24, 1]", 3, "grid.n = [24, 1]", "from 2"),

@@ -1,0 +1,59 @@
+"""Every kind of wall, substrate and surface, from the registries: what holds for one is tested of all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import continuum as c
+from continuum.files import kinds as kinds  # those that read files
+from continuum.model.substrates import Response, Substrate
+from continuum.model.surface import Surface
+from continuum.model.walls import TabulatedWall, Wall
+from continuum.tables import Description
+
+KINDS: dict[str, type[Description]] = {
+    name: kind
+    for family in (Wall, Response, Surface)
+    for name, kind in family.kinds.items()
+    if "path" not in kind.model_fields
+}
+"""All kinds that read no file, by the names of inputs."""
+
+
+def made(kind: type[Description]) -> Any:
+    """The example of a kind, as an input makes it."""
+    return kind.model_validate(kind.example, context={})
+
+
+def of(family: type[Any]) -> dict[str, Any]:
+    """The example of each kind of a family."""
+    return {name: made(kind) for name, kind in KINDS.items() if issubclass(kind, family)}
+
+
+WALLS: dict[str, Wall] = {name: wall.build() for name, wall in of(Wall).items() if wall.has_law}
+"""A wall of every law."""
+SUBSTRATES: dict[str, Substrate] = of(Response)
+
+
+def table(e: float, s: float, law: Wall) -> Wall:
+    """A law as a table whose tractions are e and whose gaps are s times as large."""
+    gap = law.zero_gap + np.linspace(-0.3, min(law.reach - law.zero_gap, 4.0), 601)
+    traction = law.evaluate(gap).traction
+    return TabulatedWall(s * gap, e * (traction - traction[-1]))
+
+
+IN_UNITS: dict[str, Callable[[float, float], Wall]] = {
+    **{name: partial(table, law=wall) for name, wall in WALLS.items()},
+    "table": partial(table, law=c.InversePowers((8, 2), adhesion_length=0.005)),
+    "hard": lambda e, s: c.HardWall(),
+    "exponential": lambda e, s: c.Exponential(0.005 * e * s, 0.3 * s, 2.0 * e / s),
+    "attraction-on-core": lambda e, s: c.attraction_on_core("spline", 0.005 * e * s, 0.3 * s, 2.0 * e / s),
+    "attraction-on-core, exponential": lambda e, s: c.attraction_on_core(
+        "exponential", 0.005 * e * s, 0.3 * s, 2.0 * e / s
+    ),
+}
+"""A law of every kind in other units of pressure and length: by its parameters where they have units, else a table."""
