@@ -31,7 +31,7 @@ from continuum.sweeps.workers import Task, TaskResult
 from continuum.tables import Fault
 
 if TYPE_CHECKING:
-    from continuum.show.sheet import Sheet
+    from continuum.sheet import Sheet
 
 Progress = Callable[[str, int, int], None]
 """Called after each path with its result, the number of finished paths and of all."""

@@ -19,7 +19,7 @@ from continuum.path.equilibrium import solver_of
 from continuum.path.gradient import Given, Number, gradient
 from continuum.path.state import Event
 from continuum.path.turn import WallOfWork
-from continuum.show.sheet import Column, Sheet, pairs
+from continuum.sheet import Column, Sheet, pairs
 from continuum.solve.solution import NotConvergedError
 from continuum.solve.stability import Stability
 

@@ -15,10 +15,10 @@ from continuum.paper.claims import claim_verdicts, verdict_sheet
 from continuum.paper.figures import save_drawing
 from continuum.paper.page import drawings_of, provenance_line
 from continuum.paper.points import SweepData
+from continuum.sheet import Column, Sheet, pairs
 from continuum.show.page import Page
-from continuum.show.runs import crossings_sheet
-from continuum.show.sheet import Column, Sheet, pairs
 from continuum.sweeps.collect import PointTable
+from continuum.sweeps.crossings import crossings_sheet
 
 if TYPE_CHECKING:
     from continuum.paper.publication import Metadata

@@ -14,10 +14,9 @@ from continuum.measure.contact import MEASURED, measure
 from continuum.measure.curve import Curve, normal_stiffness
 from continuum.measure.outline import patches
 from continuum.model.fourier import Real
-from continuum.runs.analysis import profile_outside
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
-from continuum.runs.result import Result
+from continuum.runs.result import Result, profile_outside
 from continuum.solve.tangent import tangent_stiffness
 
 _SYSTEM = {

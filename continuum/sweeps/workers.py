@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from continuum.errors import StickinessError
+from continuum.files.output import LockedError
 
 _CODE = "import sys; sys.path[:] = sys.argv[2:]; from continuum.sweeps.workers import serve; serve(int(sys.argv[1]))"
 _TERMINAL = (signal.SIGINT, signal.SIGHUP)
@@ -192,6 +193,12 @@ class TaskResult:
     def found(self) -> bool:
         """Whether its file was there already."""
         return self.ok and self.seconds == 0
+
+    def __str__(self) -> str:
+        if self.ok:
+            return f"{self.task.label}: {'was there' if self.found else f'{self.seconds:.1f} s'}"
+        held = isinstance(self.error, LockedError)
+        return f"{self.task.label}: {'locked by another process' if held else self.reason.splitlines()[0]}"
 
 
 Job = Callable[[Any], None]

@@ -13,11 +13,9 @@ from hypothesis import strategies as st
 from continuum.cli import main
 from continuum.files.inputs import load
 from continuum.measure.curve import Curve, adhesion, normal_stiffness
-from continuum.runs.analysis import analyse_run
 from continuum.runs.config import RunConfig
-from continuum.runs.result import Result
+from continuum.runs.result import Result, analyse_run
 from continuum.runs.run import follow_run
-from continuum.show.runs import analysis_sheets
 from continuum.theory import paper
 
 
@@ -105,7 +103,7 @@ def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> Non
     assert expected.diameter == paper.contact_diameter(expected.rms_slope, expected.rms_curvature)
     assert found.adhesion is not None
     assert found.adhesion.peak_load == max(step.load for step in summary.points)
-    *each, whole = analysis_sheets(found)
+    *each, whole = found.sheets()
     assert [len(sheet.rows) for sheet in each] == [5] * 3
     assert len(whole.rows) == 11
 

@@ -1,0 +1,159 @@
+"""A sheet: a table with units, as text, Markdown, HTML or CSV."""
+
+import csv
+import html
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+Entry = str | float | int | None
+"""Contents of a cell; None for an empty one."""
+_FORMULA = ("=", "+", "-", "@", "\t")
+"""First characters with which spreadsheets begin a formula; names of files and samples are the user's."""
+MOST = 20
+"""Rows of a list that a terminal shows."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a sheet.
+
+    Parameters
+    ----------
+    name : word or symbol of the quantity.
+    unit : "a0", "E*", "%" (of numbers that are fractions); "" where there is none.
+    form : Python format of the numbers; words are not changed.
+    """
+
+    name: str
+    unit: str = ""
+    form: str = ".4g"
+
+    @property
+    def head(self) -> str:
+        return f"{self.name} ({self.unit})" if self.unit and self.unit != "%" else self.name
+
+    def text(self, cell: Entry) -> str:
+        if cell is None or (isinstance(cell, float) and math.isnan(cell)):
+            return "-"
+        if isinstance(cell, str | bool):
+            return str(cell)
+        if self.unit == "%":
+            return f"{100 * cell:{self.form}} %"
+        return str(cell) if isinstance(cell, int) else f"{cell:{self.form}}"
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table with named columns, as text, HTML and CSV.
+
+    Parameters
+    ----------
+    title : one line.
+    columns : in their order; a text is a column of that name.
+    rows : rows with one cell for each column.
+    note : explanation below the table.
+    """
+
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Entry, ...], ...]
+    note: str = ""
+
+    @classmethod
+    def of(cls, title: str, columns: Sequence[Column | str], rows: Iterable[Sequence[Entry]], note: str = "") -> Self:
+        """A sheet from any sequences.
+
+        Raises ValueError if the number of cells in a row differs from that of columns.
+        """
+        heads = tuple(Column(column) if isinstance(column, str) else column for column in columns)
+        body = tuple(map(tuple, rows))
+        wrong = next((row for row in body if len(row) != len(heads)), None)
+        if wrong is not None:
+            raise ValueError(f"{title}: a row of {len(wrong)} cells under {len(heads)} columns: {wrong}")
+        return cls(title, heads, body, note)
+
+    @property
+    def head(self) -> tuple[str, ...]:
+        return tuple(column.head for column in self.columns)
+
+    @property
+    def cells(self) -> tuple[tuple[str, ...], ...]:
+        return tuple(
+            tuple(column.text(cell) for column, cell in zip(self.columns, row, strict=True)) for row in self.rows
+        )
+
+    def numeric(self, index: int) -> bool:
+        """Whether a column has numbers only, which are aligned to the right."""
+        return any(isinstance(row[index], float | int) for row in self.rows) and not any(
+            isinstance(row[index], str) for row in self.rows
+        )
+
+    def text(self) -> str:
+        """Plain text, with two spaces between columns."""
+        rows = [self.head, *self.cells]
+        widths = [max(len(row[i]) for row in rows) for i in range(len(self.columns))]
+        lines = [
+            "  ".join(
+                cell.rjust(width) if self.numeric(i) else cell.ljust(width)
+                for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+            ).rstrip()
+            for row in rows
+        ]
+        return "\n".join([self.title, *lines, *([self.note] if self.note else [])])
+
+    def markdown(self) -> str:
+        """A table of Markdown, without the title."""
+        lines = [self.head, ("---",) * len(self.columns), *self.cells]
+        return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+    def html(self) -> str:
+        """A table of HTML; title and note are left to the page."""
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in self.head)
+        body = "".join(
+            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in self.cells
+        )
+        return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+    def csv(self) -> str:
+        """Comma-separated values with all digits; text that spreadsheets would take for formulas begins with ``'``."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(map(_inert, self.head))
+        writer.writerows(["" if cell is None else _inert(cell) for cell in row] for row in self.rows)
+        return out.getvalue()
+
+    def beginning(self) -> Self:
+        """As many rows as a terminal shows."""
+        more = len(self.rows) - MOST
+        return replace(self, rows=self.rows[:MOST], note=f"and {more} more") if more > 0 else self
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def _repr_html_(self) -> str:
+        note = f"<p>{html.escape(self.note)}</p>" if self.note else ""
+        return f"<b>{html.escape(self.title)}</b>{self.html()}{note}"
+
+
+def _inert(cell: Entry) -> Entry:
+    """A cell, with an apostrophe before text that begins as a formula does and is neither a number nor a dash."""
+    if not isinstance(cell, str) or not cell.startswith(_FORMULA) or cell == "-":
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell
+
+
+def pairs(title: str, rows: Iterable[tuple[str, Entry]], note: str = "") -> Sheet:
+    """A sheet of quantities and their values, one a row."""
+    return Sheet.of(title, ("quantity", "value"), rows, note)
+
+
+def words(name: str) -> str:
+    """The name of a status in lower case words."""
+    return name.lower().replace("_", " ")
