@@ -70,7 +70,12 @@ class Result:
         file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, names)
         with understood(path):
             config = restored(RunConfig, str(file.attributes["config_resolved"]))
-            wall = stored_wall(path, config, file)
+            stored = {name.removeprefix("wall/"): file[name] for name in file.datasets if name.startswith("wall/")}
+            try:
+                wall = config.wall.restored(stored)
+            except KeyError as error:
+                msg = f"{path}: lacks the table of its wall, which older versions did not store: run it again"
+                raise StoreError(msg) from error
             found = cls(path, config, file.attributes, points_of(file), events_of(file), wall)
             # What is derived from the file later is derived once here, where damage is an error of reading.
             _ = found.identity, found.finished, found.grid, found.moments
@@ -106,6 +111,12 @@ class Result:
     def moments(self) -> Moments:
         """Spectral moments of the heights."""
         return Moments(*(float(self.attributes[f"realised_{name}"]) for name in Moments._fields))
+
+    def wall_at(self, point: Point) -> Wall:
+        """The wall of a point: in a search for turns each has its own work of adhesion."""
+        if self.config.loading.turn is None:
+            return self.wall
+        return self.config.wall.at_work(point.work_of_adhesion)
 
     def repulsive(self, index: int) -> Mask:
         """The cells of A_rep of a point, shape ``grid.shape``.
@@ -206,16 +217,6 @@ class Result:
         except ImportError as error:
             raise ImportError("xarray is an extra: pip install 'stickiness[xarray]'") from error
         return open_labelled(self.path, FLAGS)
-
-
-def stored_wall(path: Path, config: RunConfig, file: store.File) -> Wall:
-    """The wall of a stored run; raises StoreError if it is a table that the file does not contain."""
-    names = (name for name in file.datasets if name.startswith("wall/"))
-    try:
-        return config.wall.restored({name.removeprefix("wall/"): file[name] for name in names})
-    except KeyError as error:
-        msg = f"{path}: lacks the table of its wall, which older versions did not store: run it again"
-        raise StoreError(msg) from error
 
 
 def _jumps(events: Sequence[PathEvent]) -> Sheet:
@@ -320,7 +321,7 @@ def analyse_run(result: Result) -> Analysis:
 def _measured(result: Result, step: int, point: Point, stiffness: float) -> MeasuredPoint:
     repulsive, slope = result.repulsive(step), result.moments.rms_slope
     numbers, gap = measure(result.grid, point, repulsive, slope), result.gap(step)
-    found = None if gap is None else _fields(result.grid, result.wall, gap, repulsive, numbers)
+    found = None if gap is None else _fields(result.grid, result.wall_at(point), gap, repulsive, numbers)
     return MeasuredPoint(step, point, numbers, patches(result.grid, repulsive).areas, stiffness, found)
 
 

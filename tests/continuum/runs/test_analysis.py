@@ -145,6 +145,15 @@ def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tm
             assert point.fields.areas.repulsive == pytest.approx(point.numbers.area_rep, abs=1e-12)
 
 
+def test_a_point_whose_work_was_searched_for_is_measured_under_its_own_wall(small: Path, tmp_path: Path) -> None:
+    loading = {"control": "repulsive-area", "targets": [0.04], "turn": 0.1}
+    found = analyse_run(follow_run(load(small, RunConfig, {"loading": loading}), tmp_path / "small.h5"))
+    (point,) = found.points
+    assert point.point.work_of_adhesion != found.result.wall.work_of_adhesion
+    assert point.fields is not None
+    assert point.fields.areas.attracted == pytest.approx(point.point.area_att, abs=1e-12)
+
+
 def test_points_that_failed_are_left_out(small: Path, tmp_path: Path) -> None:
     small.write_text(small.read_text() + "\n[solver]\nmax_iterations = 2\n")
     follow_run(load(small, RunConfig), tmp_path / "small.h5")
