@@ -5,8 +5,6 @@ Archives require a flat folder: ``index.html`` with its figures, ``table.csv``, 
 """
 
 import hashlib
-import html
-import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,15 +14,13 @@ from tempfile import TemporaryDirectory
 from continuum.arguments import ArgumentError, file_name, flag
 from continuum.errors import OutputError
 from continuum.files import output as files
-from continuum.files.citation import Citation
-from continuum.files.provenance import provenance
+from continuum.files.provenance import Citation, provenance
 from continuum.front.sweeps import sweep_collect
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.folder import Folder
 
 SUMS = "SHA256SUMS"
 _MARK = f"# written by `continuum sweep publish`; checked by `sha256sum -c {SUMS}`\n"
-_KEYWORDS = ["contact mechanics", "adhesion", "surface roughness", "tribology"]
 
 
 @dataclass(frozen=True)
@@ -37,32 +33,6 @@ class Publication:
     table: PointTable
     warnings: tuple[str, ...]
     """What to correct before publication."""
-
-
-@dataclass(frozen=True)
-class Metadata:
-    """Metadata of a publication for an archive."""
-
-    title: str
-    creators: tuple[str, ...]
-    license: str
-    description: str
-
-    def zenodo(self, paper: str) -> str:
-        """The text of ``.zenodo.json``, which refers to the paper of this DOI."""
-        said = {
-            "title": self.title,
-            "upload_type": "dataset",
-            "description": f"<p>{html.escape(self.description)}</p>",
-            "creators": [{"name": name} for name in self.creators],
-            "access_right": "open",
-            "license": self.license,
-            "keywords": _KEYWORDS,
-            "related_identifiers": [
-                {"identifier": paper, "relation": "references", "resource_type": "publication-article"}
-            ],
-        }
-        return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
 
 
 def sweep_publish(
@@ -89,7 +59,10 @@ def sweep_publish(
     files that are not of an earlier call or were changed since, or cannot be written to; ArgumentError if an argument
     is not allowed.
     """
-    from continuum.paper.publication_page import write_publication_page  # pandas and Matplotlib, which take a second
+    from continuum.paper.publication_page import (  # pandas and Matplotlib, which take a second
+        Metadata,
+        write_publication_page,
+    )
 
     root, place = file_name("sweep", sweep), file_name("output", output)
     title, license = None if title is None else _line("title", title), _line("license", license)
