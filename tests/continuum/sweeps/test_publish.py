@@ -156,7 +156,6 @@ def test_both_tables_have_all_points(root: Path, place: Path, engine: str) -> No
 
 @pytest.mark.usefixtures("no_figures")
 def test_without_xarray_the_table_is_hdf5(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delitem(sys.modules, "continuum.files.labelled", raising=False)
     monkeypatch.setitem(sys.modules, "xarray", None)
     done = sweep_publish(root, tmp_path / "out", creators=["Doe, Jane"])
     assert (tmp_path / "out" / "table.h5") in done.files
