@@ -22,8 +22,8 @@ from continuum.files.reference import template
 from continuum.files.tables import Document, refuse
 from continuum.options import Formats
 from continuum.options import like as like_of
+from continuum.sheet import pairs
 from continuum.show.console import progress, show, warn
-from continuum.show.sheet import pairs
 from continuum.tables import Fault
 
 like = partial(like_of, hint="Finished work is stored; `atomistic doctor` checks the LAMMPS of this machine.")

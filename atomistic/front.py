@@ -26,7 +26,7 @@ from continuum.arguments import ArgumentError, choice, count, file_name, functio
 from continuum.files.inputs import load
 from continuum.files.toml import Source, find
 from continuum.front.contact import Contact
-from continuum.show.sheet import Sheet, pairs
+from continuum.sheet import Sheet, pairs
 
 LATTICES = 48, 256
 """Fewest and most surface atoms a side of a lattice Green's function: fewer have too few long waves to compare with

@@ -38,7 +38,7 @@ from continuum.model.walls import TabulatedWall as TabulatedWall
 from continuum.model.walls import attraction_on_core as attraction_on_core
 from continuum.paper.examples import examples as examples
 from continuum.paper.page import figure as figure
-from continuum.runs.analysis import Analysis as Analysis
+from continuum.runs.result import Analysis as Analysis
 from continuum.runs.result import Result as Result
 from continuum.solve.solution import NotConvergedError as NotConvergedError
 from continuum.sticky.prediction import Prediction as Prediction

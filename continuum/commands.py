@@ -26,7 +26,6 @@ from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.runs.result import Result
 from continuum.show.console import progress, show, warn
-from continuum.show.runs import progress_line, threshold_sheet
 
 
 def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
@@ -63,7 +62,7 @@ def _timed(report: Callable[[int, str], None]) -> Callable[[Point, int, int], No
     def after(point: Point, done: int, total: int) -> None:
         nonlocal since
         seconds, since = time.monotonic() - since, time.monotonic()
-        report(done, progress_line(point, seconds))
+        report(done, point.line(seconds))
 
     return after
 
@@ -86,7 +85,7 @@ def threshold(file: str, *, area: Annotated[list[float] | None, Parameter(help="
     with progress(len(areas), Path(file).stem) as report:
         found = front.threshold(file, area=areas, width=width, settings=dict(settings or ()), warn=warn,
                                 progress=_timed(report), **given)  # fmt: skip
-    show(threshold_sheet(found))
+    show(found.threshold_sheet())
     return _ended(found)
 
 
@@ -145,7 +144,7 @@ def analyse(
         for note in found.notes:
             print(f"note: {note}")
         with written_as(format):
-            for figure in found.plot(output):
+            for figure in front.plot(found, output):
                 print(figure)
     return OK
 

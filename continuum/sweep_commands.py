@@ -13,7 +13,6 @@ from continuum.front import sweeps
 from continuum.options import like
 from continuum.paper import publication
 from continuum.show.console import EstimatedProgress, clear, show, until_ctrl_c, warn
-from continuum.show.runs import result_line, status_sheets, table_sheets
 from continuum.sweeps import collect as collecting
 from continuum.sweeps import status
 
@@ -42,7 +41,7 @@ def sweep_run(file: str, *, settings: Settings = None, memory: Gigabytes = None,
         done = sweeps.sweep(
             file, settings=dict(settings or ()), memory=None if memory is None else 1e9 * memory, shard=shard, **given,
             warn=warn, begun=lambda tasks: report.begin({task.path: task.cost for task in tasks}),
-            progress=lambda ended, n, total: report.end(ended.task.path, result_line(ended), new=not ended.found),
+            progress=lambda ended, n, total: report.end(ended.task.path, str(ended), new=not ended.found),
             meanwhile=lambda task, share: report.advance(task.path, share, f"{task.label}: {share:.0%} of its points"),
         )  # fmt: skip
     what = "searches" if done.crossings else "systems"
@@ -79,7 +78,7 @@ def sweep_status(sweep: Path, *, settings: Settings = None, watch: Annotated[flo
             found = status.sweep_status(sweep, settings=dict(settings or ()), **given)
             if watch is not None:
                 clear()
-            for sheet in status_sheets(found):
+            for sheet in found.sheets():
                 show(sheet)
             for change in found.changes:
                 print(f"would change: {change}")
@@ -92,7 +91,7 @@ def sweep_status(sweep: Path, *, settings: Settings = None, watch: Annotated[flo
 @like(sweeps.sweep_collect)
 def sweep_collect(**given: Any) -> int:
     found = sweeps.sweep_collect(**given)
-    for sheet in table_sheets(found):
+    for sheet in found.sheets():
         show(sheet)
     warn([*found.faults, *found.lacking])
     for path in found.files:
@@ -103,7 +102,7 @@ def sweep_collect(**given: Any) -> int:
 @like(publication.sweep_publish)
 def sweep_publish(*, creators: Creators = None, **given: Any) -> int:
     found = publication.sweep_publish(creators=creators or (), **given)
-    for sheet in table_sheets(found.table):
+    for sheet in found.table.sheets():
         show(sheet)
     warn(found.warnings)
     for path in found.files:

@@ -1,14 +1,20 @@
-"""Tasks done in the process of the tests: a process of their own takes seconds to start, and says nothing more."""
+"""Tasks done in the process of the tests: a process of their own takes seconds to start, and says nothing more.
+
+And tasks that end in every way, for the tests of processes: these import this module, and no library of tests.
+"""
 
 from __future__ import annotations
 
+import os
 import pickle
+import signal
+import time
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
+from pathlib import Path
 from typing import Any
 
-from continuum.sweeps.engine import run_tasks
-from continuum.sweeps.workers import Job, Task, TaskResult, heard, timed
+from continuum.sweeps.workers import Job, Task, TaskResult, heard, run_tasks, timed
 
 
 def tasks_here(tasks: Iterable[Task], work: Job, is_done: Callable[[Task], bool], **given: Any) -> Iterator[TaskResult]:
@@ -27,3 +33,26 @@ def tasks_here(tasks: Iterable[Task], work: Job, is_done: Callable[[Task], bool]
             yield TaskResult(task, 0.0, f"{type(error).__name__}: {error}", error)
         else:
             yield TaskResult(task, seconds)
+
+
+def work(log: Path, task: Task) -> None:
+    """Leaves a line in a log, and ends as the name of the task says."""
+    with log.open("a") as file:
+        file.write(f"{task.label}\n")
+    if "dies" in task.label:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if "raises" in task.label:
+        raise ValueError(task.label)
+    task.path.write_text(os.environ["OMP_NUM_THREADS"])
+
+
+def exists(task: Task) -> bool:
+    return task.path.exists()
+
+
+def see(task: Task) -> None:
+    """Leaves the GPU that its process sees; the first two tasks wait for each other, so that each has a process."""
+    task.path.write_text(os.environ["CUDA_VISIBLE_DEVICES"])
+    other = task.path.with_name({"0.txt": "1.txt", "1.txt": "0.txt"}.get(task.path.name, task.path.name))
+    while not other.exists():
+        time.sleep(0.01)

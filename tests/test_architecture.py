@@ -61,12 +61,13 @@ CONTINUUM = {
     "errors": "",
     "arguments": "errors",
     "tables": "arguments",
+    "sheet": "",
     "model": "theory units arguments tables",
     "solve": "model",
     "measure": "model",
     "files": "model",
     "path": "solve measure",
-    "runs": "path files",
+    "runs": "path files sheet",
     "sweeps": "runs",
     "topography": "theory files",
     "sticky": "topography runs",
@@ -92,7 +93,7 @@ ATOMISTIC = {
     "commands": "front",
     "cli": "commands",
 }
-RESULTS = {("continuum", "runs"), ("continuum", "sticky"), ("atomistic", "relax"), ("atomistic", "ladder")}
+RESULTS = {("continuum", "sticky"), ("atomistic", "relax"), ("atomistic", "ladder")}
 """Rooms whose results have methods that draw and print them."""
 
 

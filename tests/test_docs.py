@@ -22,7 +22,7 @@ import pytest
 
 import atomistic.cli
 import continuum.cli
-from continuum.files.citation import Citation
+from continuum.files.provenance import Citation
 from continuum.measure.outline import outline
 from continuum.model.grid import Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE

@@ -267,7 +267,7 @@ def test_a_reader_that_has_seen_enough_of_a_table_is_no_fault() -> None:
     """As `head`; a table is written by another library than a line."""
     ours, theirs = os.pipe()
     os.close(ours)
-    program = "from continuum.show import console; from continuum.show.sheet import Column, Sheet; import sys; "
+    program = "from continuum.show import console; from continuum.sheet import Column, Sheet; import sys; "
     program += "sys.exit(console.exit_code(lambda: console.show(Sheet.of('t', (Column('a'),), [(1,)])) or 0))"
     done = subprocess.run(
         [sys.executable, "-c", program], stdout=theirs, stderr=subprocess.PIPE, text=True, check=False,

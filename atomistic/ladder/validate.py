@@ -26,12 +26,11 @@ from continuum.files.inputs import load
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Dataset
 from continuum.files.tables import refuse
-from continuum.sweeps.engine import run_tasks
-from continuum.sweeps.workers import Task, TaskResult
+from continuum.sweeps.workers import Task, TaskResult, run_tasks
 from continuum.tables import Fault
 
 if TYPE_CHECKING:
-    from continuum.show.sheet import Sheet
+    from continuum.sheet import Sheet
 
 Progress = Callable[[str, int, int], None]
 """Called after each path with its result, the number of finished paths and of all."""

@@ -40,7 +40,7 @@ from continuum.solve.solution import Settings
 
 if TYPE_CHECKING:
     from atomistic.relax.certify import DeckCertificate
-    from continuum.show.sheet import Sheet
+    from continuum.sheet import Sheet
 
 SCHEMA, VERSION = "stickiness/deck-run", 2
 

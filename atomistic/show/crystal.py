@@ -7,7 +7,7 @@ from atomistic.crystal.model import ContactModulus, Model, measured
 from atomistic.response.discreteness import Discreteness
 from atomistic.response.force_constants import relaxation
 from atomistic.response.lattice import LatticeResponse
-from continuum.show.sheet import Column, Entry, Sheet, pairs
+from continuum.sheet import Column, Entry, Sheet, pairs
 from continuum.units import GPA_PER_EV_PER_A3
 
 _RELAXED = 40

@@ -14,9 +14,8 @@ from atomistic.lammps.result import DeckStatus
 from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file
 from continuum.measure.contact import contact_map
+from continuum.sheet import Column, Entry, Sheet, pairs, words
 from continuum.show.plot import PAGE, SERIES, contact_image, legend_under, letter_panels, new_axes, save_figure, styled
-from continuum.show.runs import words
-from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import readable
 
 _JUMP = 0.25

@@ -12,8 +12,8 @@ from atomistic.ladder.ensemble import untested
 from atomistic.ladder.rungs import WORDS
 from atomistic.ladder.validate import Validation
 from atomistic.show.figures import draw_all
+from continuum.sheet import Column, Entry, Sheet, pairs
 from continuum.show.page import Page
-from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import GPA_PER_EV_PER_A3
 
 

@@ -13,12 +13,15 @@ from typing import Any, BinaryIO, NamedTuple
 
 import h5py
 import numpy as np
+from h5py import h5ds
 from numpy.typing import NDArray
 
 from continuum.errors import InputError
 from continuum.files.output import whole
 
 _FORMAT = ("v110", "v110")  # the oldest with sums on its headers; HDF5 1.10 (2016) and later read it
+NO_VALUES = "This is a netCDF dimension but not a netCDF variable."
+"""With what netCDF begins the name of a dimension that has a length only."""
 _DEEPEST = 8  # groups in groups; a group may hold itself
 
 
@@ -227,16 +230,16 @@ def _axis(dimension: Any) -> RawAxis:
     """An axis of an HDF5 dataset, with the first of its scales."""
     name, scale = next(iter(dimension.items()), (dimension.label, None))
     name = dimension.label or name.rpartition("/")[2]
-    if scale is None or scale.is_virtual or scale.external or _has_no_values(scale):
+    if scale is None or scale.is_virtual or scale.external or has_no_values(scale):
         return RawAxis(name)
     if scale.ndim != 1 or scale.dtype.kind not in "iuf":
         return RawAxis(name)
     return RawAxis(name, scale[()].astype(np.float64), dict(scale.attrs))
 
 
-def _has_no_values(scale: Any) -> bool:
+def has_no_values(item: h5py.Dataset) -> bool:
     """Whether it is a dimension of netCDF without positions."""
-    return "netCDF dimension but not a netCDF variable" in str(scale.attrs.get("NAME", ""))
+    return h5ds.is_scale(item.id) and NO_VALUES in str(item.attrs.get("NAME", ""))
 
 
 def _is_classic(path: str | Path) -> bool:

@@ -38,12 +38,6 @@ def open_labelled(path: Path, flags: Mapping[str, Sequence[str]]) -> xarray.Data
     return data.assign(changed)
 
 
-def write_netcdf(path: Path, into: Path, said: Mapping[str, str | int]) -> None:
-    """Write the variables of a stored table as NetCDF, with these attributes of the whole beside its own."""
-    with xarray.open_dataset(path, engine="h5netcdf", driver_kwds={"locking": False}) as data:
-        data.assign_attrs(said).to_netcdf(into, engine="h5netcdf")
-
-
 def _mask(packed: xarray.Variable, length: int) -> xarray.Variable:
     dims = (*packed.dims[:-1], str(packed.dims[-1]).removesuffix(PACKED))
     name = str(packed.attrs["long_name"]).partition(",")[0]  # the rest says how the points are packed

@@ -1,16 +1,20 @@
-"""Provenance of a result: versions and commit, as attributes for :mod:`continuum.files.store`."""
+"""Provenance of a result: versions and commit, as attributes for :mod:`continuum.files.store`; how to cite it."""
 
 import datetime
 import importlib.metadata
 import platform
+import re
 import shutil
 import socket
 import subprocess
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Self
 
 from continuum import __version__
+from continuum.files.toml import packaged
 
 
 def versions() -> str:
@@ -80,3 +84,42 @@ def journal() -> dict[str, str]:
         "journal/machine": platform.platform(),
         "journal/written": now(),
     }
+
+
+@dataclass(frozen=True)
+class Citation:
+    """What ``CITATION.cff`` says."""
+
+    title: str
+    """Title of the program."""
+    authors: tuple[str, ...]
+    """Authors of the program."""
+    version: str
+    license: str
+    paper: str
+    """Reference of the paper."""
+    doi: str
+    """DOI of the paper."""
+
+    @property
+    def program(self) -> str:
+        """Reference of the program."""
+        return f"{', '.join(self.authors)}, {self.title}, version {self.version}"
+
+    @classmethod
+    def read(cls) -> Self:
+        """Read the file that comes with the package: only as much of YAML as it uses."""
+        text = packaged("CITATION.cff").read_text(encoding="utf-8")
+        program, _, article = text.partition("references:")
+        names = zip(_all(article, "family-names"), _all(article, "given-names"), strict=True)
+        authors = [" ".join([re.sub(r"(\w)\w*\.?", r"\1.", given), family]) for family, given in names]
+        said = {key: _all(article, key)[0] for key in ("title", "journal", "volume", "start", "end", "year", "doi")}
+        paper = "{}, {title}, {journal} {volume}, {start}-{end} ({year}), doi:{doi}".format(
+            " and ".join(authors), **said
+        )
+        own = {key: _all(program, key)[0] for key in ("title", "version", "license")}
+        return cls(own["title"], _all(program, "name"), own["version"], own["license"], paper, said["doi"])
+
+
+def _all(text: str, key: str) -> tuple[str, ...]:
+    return tuple(re.findall(rf'^[ -]*{key}: "?(.*?)"?$', text, re.MULTILINE))

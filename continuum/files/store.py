@@ -21,13 +21,12 @@ from h5py import h5a, h5ds, h5o, h5s, h5t
 from numpy.typing import ArrayLike, NDArray
 
 from continuum.errors import OutputError
-from continuum.files.hdf5 import StoreError, created, datasets_in, member, opened
+from continuum.files.hdf5 import NO_VALUES, StoreError, created, datasets_in, has_no_values, member, opened
 
 Attribute = bool | int | float | str
 
 _CHUNK = 4 * 1024 * 1024  # bytes
 _SUM = "crc32"
-_NO_COORDINATES = "This is a netCDF dimension but not a netCDF variable. %10d"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +36,7 @@ class Dataset:
     Parameters
     ----------
     values : numbers, booleans or text (an array of str).
-    dims : name of each dimension, at least one.
+    dims : name of each dimension, at least one; none of what was read by its name.
     units : "a0", "E*", "1" for a pure number, "" where units have no meaning (text).
     long_name : what it is, in words.
     """
@@ -51,7 +50,7 @@ class Dataset:
         values = np.asarray(self.values)
         if values.dtype.kind not in "biufUT":
             raise TypeError(f"a dataset holds numbers, booleans or text, not {values.dtype}")
-        if values.ndim != len(self.dims) or values.ndim == 0:
+        if values.ndim != len(self.dims or values.shape) or values.ndim == 0:
             raise ValueError(f"an array of shape {values.shape} does not have the dimensions {self.dims}")
         object.__setattr__(self, "values", values)
 
@@ -115,7 +114,7 @@ def _fill(
             stored[dim].make_scale(dim)
         else:
             stored[dim] = _create(file, dim, np.zeros(length, dtype=np.uint8))
-            stored[dim].make_scale(_NO_COORDINATES % length)
+            stored[dim].make_scale(f"{NO_VALUES} {length:10d}")
     for name, dataset in datasets.items():
         if dataset.dims != (name,):
             for i, dim in enumerate(dataset.dims):
@@ -171,20 +170,19 @@ def _number(value: bool | float) -> Any:
 
 
 def read_datasets(path: str | Path, schema: str, version: int, names: Collection[str] | None = None) -> File:
-    """Read a file of a schema and version: the datasets of these names that it has, or all if None."""
+    """Read a file of a schema and version: all its datasets, or the values of those of these names that it has."""
     with opened(path) as file:
         attributes = dict(_attributes(file))
         found = attributes.get("schema"), attributes.get("schema_version")
         if found != (schema, version):
             what = f"{found[0]} version {found[1]}" if found[0] else "data of another program"
             raise StoreError(f"{path}: holds {what}, expected {schema} version {version}")
-        items = dict(datasets_in(path, file))
-        places = {h5o.get_info(item.id).addr: name for name, item in items.items()}
-        datasets = {
-            name: _load(name, item, places)
-            for name, item in items.items()
-            if (names is None or name in names) and not _only_dimension(item)
-        }
+        if names is not None:
+            datasets = {name: Dataset(_values(item), ()) for name, item in _members(path, file, names)}
+        else:
+            items = dict(datasets_in(path, file))
+            places = {h5o.get_info(item.id).addr: name for name, item in items.items()}
+            datasets = {name: _load(name, item, places) for name, item in items.items() if not has_no_values(item)}
     return File(_Named(path, datasets), _Named(path, attributes))
 
 
@@ -225,11 +223,6 @@ def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool
 def refused(fault: object) -> OutputError:
     """The error for a stored result that a run cannot continue."""
     return OutputError(f"{fault}\n    Choose another folder with --output, or start anew with --force")
-
-
-def _only_dimension(item: h5py.Dataset) -> bool:
-    name = item.attrs.get("NAME", b"") if h5ds.is_scale(item.id) else b""
-    return bytes(name).startswith(_NO_COORDINATES[:40].encode()) if isinstance(name, bytes) else False
 
 
 def _values(item: h5py.Dataset) -> NDArray[Any]:
@@ -284,16 +277,24 @@ def _attributes(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Attr
 def dataset_names(path: str | Path) -> tuple[str, ...]:
     """Names of the datasets of a file."""
     with opened(path) as file:
-        return tuple(name for name, item in datasets_in(path, file) if not _only_dimension(item))
+        return tuple(name for name, item in datasets_in(path, file) if not has_no_values(item))
 
 
 def read_part(path: str | Path, dataset: str, index: int) -> NDArray[Any] | None:
     """One entry along the first dimension of a dataset of numbers, such as the field of one step; None if missing."""
     with opened(path) as file:
-        item = dict(datasets_in(path, file)).get(dataset)
-        if item is not None and item.dtype.kind not in "iuf":
-            raise StoreError(f"{path}: {dataset} holds no numbers, so that it is probably damaged")
-        return None if item is None else np.asarray(item[index])
+        for _, item in _members(path, file, (dataset,)):
+            if item.dtype.kind not in "iuf":
+                raise StoreError(f"{path}: {dataset} holds no numbers, so that it is probably damaged")
+            return np.asarray(item[index])
+    return None
+
+
+def _members(path: str | Path, file: h5py.File, names: Collection[str]) -> Iterator[tuple[str, h5py.Dataset]]:
+    """The datasets of these names that a file has; the others are not looked at, which takes most of the time."""
+    for name in names:
+        if isinstance(item := member(path, file, name), h5py.Dataset):
+            yield name, item
 
 
 def read_few(
@@ -301,10 +302,10 @@ def read_few(
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Attribute]]:
     """Values of a few datasets and attributes of a file of any schema; absent ones are left out.
 
-    Dimensions and units are not read, as that would take most of the time with thousands of files.
+    Dimensions and units are not read, as that would take most of the time.
     """
     with opened(path) as file:
-        held = {name: item for name in datasets if isinstance(item := member(path, file, name), h5py.Dataset)}
+        held = {name: _values(item) for name, item in _members(path, file, datasets)}
         found: dict[str, Attribute] = {}
         for prefix in dict.fromkeys(name.rpartition("/")[0] for name in attributes):
             owner = member(path, file, prefix)
@@ -313,7 +314,7 @@ def read_few(
                 keys = [name.rpartition("/")[2] for name in attributes if name.rpartition("/")[0] == prefix]
                 some = {key: present[key] for key in keys if key in present}
                 found |= {f"{prefix}/{key}" if prefix else key: value for key, value in _plain_values(some)}
-        return {name: _values(item) for name, item in held.items()}, found
+        return held, found
 
 
 def pack(masks: ArrayLike) -> NDArray[np.uint8]:

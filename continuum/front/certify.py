@@ -22,8 +22,8 @@ from continuum.runs.build import RunSetup, build
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.runs.run import states_of
+from continuum.sheet import Column, Sheet
 from continuum.show.checks import quantities
-from continuum.show.sheet import Column, Sheet
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import systems_of
 

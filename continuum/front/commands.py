@@ -9,13 +9,12 @@ from continuum.arguments import file_name, flag, function, number, several
 from continuum.files.inputs import InputFile, load, settings_of, source_of
 from continuum.files.tables import identity
 from continuum.front.sweeps import check_sweep
-from continuum.runs.analysis import Analysis
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
-from continuum.runs.result import Result
+from continuum.runs.result import Analysis, Result
 from continuum.runs.run import Progress, follow_run
-from continuum.show.sheet import Column, Sheet
+from continuum.sheet import Column, Sheet
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,11 +181,11 @@ def analyse(result: str | Path) -> Analysis:
     return Result.read(file_name("result", result)).analyse()
 
 
-def plot(result: str | Path, folder: str | Path | None = None) -> list[Path]:
-    """Draw the figures of a stored run, beside it or into a folder; returns the PNG files.
+def plot(result: str | Path | Result | Analysis, folder: str | Path | None = None) -> list[Path]:
+    """Draw the figures of a stored run or of its analysis, beside it or into a folder; returns the PNG files.
 
     Raises StoreError if the file is not a run, ArgumentError if one of them is not the name of a file or folder.
     """
-    path = file_name("result", result)
-    into = None if folder is None else file_name("folder", folder)
-    return Result.read(path).plot(into)
+    from continuum.show.run_figures import draw  # matplotlib takes a while to import
+
+    return draw(result, None if folder is None else file_name("folder", folder))

@@ -30,7 +30,7 @@ from continuum.path.gradient import Given, Number, gradient
 from continuum.path.state import Event, Search, settled
 from continuum.path.threshold import Threshold, core_stiffness, press_without_adhesion
 from continuum.path.threshold_search import WallOfWork, bracket_threshold, first_work, laws_of
-from continuum.show.sheet import Column, Sheet, pairs
+from continuum.sheet import Column, Sheet, pairs
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import LOOSEST, MOST_THREADS, NotConvergedError, Settings
 from continuum.solve.stability import Stability

@@ -22,20 +22,17 @@ from continuum.files.provenance import provenance
 from continuum.files.toml import text_of
 from continuum.model.grid import Grid
 from continuum.runs.cost import Cost, cost_of, pair_seconds, physical_memory
-from continuum.show.runs import crossings_sheet
-from continuum.show.sheet import Column, Sheet
+from continuum.sheet import Column, Sheet
 from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep
-from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
-from continuum.sweeps.collect import PointTable
+from continuum.sweeps.cluster import Allocation, slurm_script
+from continuum.sweeps.collect import PointTable, cube_of
 from continuum.sweeps.collect import SweepRun as SweepRun
 from continuum.sweeps.columns import ColumnFunction, functions_by_name
-from continuum.sweeps.crossings import Crossing, crossings_of, done_before, solve_task
-from continuum.sweeps.cube import cube_of
-from continuum.sweeps.engine import check_workers, run_tasks
+from continuum.sweeps.crossings import Crossing, crossings_of, crossings_sheet, done_before, solve_task
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import SystemTask, begin, record, record_death, systems_of
-from continuum.sweeps.workers import Message, Task, TaskResult
+from continuum.sweeps.workers import Message, Task, TaskResult, check_workers, require_scheduler, run_tasks
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]

@@ -35,7 +35,7 @@ from continuum.paper.findings import (
 )
 from continuum.paper.points import alike
 from continuum.paper.relations import largest_tension
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 from continuum.theory import paper, rough
 
 LONG = 512.0

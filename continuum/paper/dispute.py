@@ -22,8 +22,8 @@ from continuum.model.grid import Grid
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.figures import Drawing, save_drawing
 from continuum.paper.points import ENOUGH, FigureError, alike, curve_of, sweep_points
+from continuum.sheet import Sheet
 from continuum.show import plot
-from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import AREA, CRITERIA, Criterion, RoughContact
 from continuum.sweeps.collect import PointTable
 from continuum.theory import rough

@@ -20,8 +20,7 @@ from continuum.measure.outline import Mask, perimeter_map
 from continuum.measure.profile import GapProfile
 from continuum.model.fourier import Real
 from continuum.paper.points import LENGTH, SweepData, adhesion_colour, adhesion_key
-from continuum.runs.analysis import MeasuredPoint, analyse_run, gap_ratio
-from continuum.runs.result import Result
+from continuum.runs.result import MeasuredPoint, Result, analyse_run, gap_ratio
 from continuum.show import plot
 from continuum.sweeps.folder import Folder
 from continuum.theory import paper

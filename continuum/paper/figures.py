@@ -13,8 +13,8 @@ from pandas import DataFrame
 from continuum.files import output
 from continuum.paper import fields, further, relations
 from continuum.paper.points import FigureError, SweepData, figure_table
+from continuum.sheet import Sheet
 from continuum.show import plot
-from continuum.show.sheet import Sheet
 
 Select = Callable[[SweepData], Sized]
 

@@ -17,7 +17,7 @@ from continuum.paper.dispute import write_dispute
 from continuum.paper.figures import FIGURES, Drawing, save_drawing
 from continuum.paper.findings import Finding, Word
 from continuum.paper.points import FigureError, SweepData
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 from continuum.sweeps.collect import PointTable, collect
 
 NAMES = (*FIGURES, "verdicts", "page", "dispute")

@@ -14,8 +14,7 @@ from tempfile import TemporaryDirectory
 from continuum.arguments import ArgumentError, file_name, flag
 from continuum.errors import OutputError
 from continuum.files import output as files
-from continuum.files.citation import Citation, Metadata
-from continuum.files.provenance import provenance
+from continuum.files.provenance import Citation, provenance
 from continuum.front.sweeps import sweep_collect
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.folder import Folder
@@ -60,7 +59,10 @@ def sweep_publish(
     files that are not of an earlier call or were changed since, or cannot be written to; ArgumentError if an argument
     is not allowed.
     """
-    from continuum.paper.publication_page import write_publication_page  # pandas and Matplotlib, which take a second
+    from continuum.paper.publication_page import (  # pandas and Matplotlib, which take a second
+        Metadata,
+        write_publication_page,
+    )
 
     root, place = file_name("sweep", sweep), file_name("output", output)
     title, license = None if title is None else _line("title", title), _line("license", license)
@@ -78,7 +80,7 @@ def sweep_publish(
         files.save(draft / "sweep.toml", Folder(root).description.read_bytes())
         for column in found.listing.columns:
             files.save(draft / column.file_name, (Folder(root).columns / column.file_name).read_bytes())
-        _as_netcdf(draft / "table.h5")
+        _as_netcdf(found, draft / "table.h5")
         files.save(draft / ".zenodo.json", about.zenodo(citation.doi))
         doubts = _doubts(found)
         write_publication_page(root, found, draft, about, citation, doubts)
@@ -125,14 +127,15 @@ def _paths(given: Mapping[str, object]) -> list[object]:
     return inside + [value for key, value in given.items() if named.fullmatch(key) and isinstance(value, str)]
 
 
-def _as_netcdf(cube: Path) -> None:
+def _as_netcdf(found: PointTable, cube: Path) -> None:
     """Replace ``table.h5`` by ``table.nc``, if xarray is installed."""
     try:
-        from continuum.files.labelled import write_netcdf
+        data = found.to_xarray()
     except ImportError:
         return
     said = {f"written_with_{name.rpartition('/')[2]}": value for name, value in provenance().items()}
-    write_netcdf(cube, cube.with_suffix(".nc"), {k: int(v) if isinstance(v, bool) else v for k, v in said.items()})
+    data = data.assign_attrs({name: int(value) if isinstance(value, bool) else value for name, value in said.items()})
+    data.to_netcdf(cube.with_suffix(".nc"), engine="h5netcdf")
     cube.unlink()
 
 

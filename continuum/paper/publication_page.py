@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import html
+import json
 import shlex
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from continuum.files.citation import Citation, Metadata
-from continuum.files.provenance import provenance
+from continuum.files.provenance import Citation, provenance
 from continuum.paper.claims import claim_verdicts, verdict_sheet
 from continuum.paper.figures import save_drawing
 from continuum.paper.page import drawings_of, provenance_line
 from continuum.paper.points import SweepData
+from continuum.sheet import Column, Sheet, pairs
 from continuum.show.page import Page
-from continuum.show.runs import crossings_sheet
-from continuum.show.sheet import Column, Sheet, pairs
 from continuum.sweeps.collect import PointTable
+from continuum.sweeps.crossings import crossings_sheet
 
+_KEYWORDS = ["contact mechanics", "adhesion", "surface roughness", "tribology"]
 _SAID = {
     "table.csv": "all converged points, a row each",
     "table.nc": "the same with the axes of the input, as NetCDF: xarray opens it",
@@ -27,6 +30,32 @@ _SAID = {
     "sweep.toml": "the input of the sweep",
     ".zenodo.json": "metadata of this data set, as Zenodo reads them",
 }
+
+
+@dataclass(frozen=True)
+class Metadata:
+    """Metadata of a publication for an archive."""
+
+    title: str
+    creators: tuple[str, ...]
+    license: str
+    description: str
+
+    def zenodo(self, paper: str) -> str:
+        """The text of ``.zenodo.json``, which refers to the paper of this DOI."""
+        said = {
+            "title": self.title,
+            "upload_type": "dataset",
+            "description": f"<p>{html.escape(self.description)}</p>",
+            "creators": [{"name": name} for name in self.creators],
+            "access_right": "open",
+            "license": self.license,
+            "keywords": _KEYWORDS,
+            "related_identifiers": [
+                {"identifier": paper, "relation": "references", "resource_type": "publication-article"}
+            ],
+        }
+        return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
 
 
 def write_publication_page(

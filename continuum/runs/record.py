@@ -13,6 +13,7 @@ from continuum.files.store import Attribute, Dataset
 from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map, quantity
 from continuum.model.problem import ContactProblem
 from continuum.path.state import CONTROLS, Branch, Event, JumpSide, Outcome, PathState, numbers
+from continuum.sheet import words
 from continuum.solve.solution import Solution, Status, Work
 from continuum.solve.solver import Solver
 
@@ -96,11 +97,18 @@ class Point(Totals):
         """Whether the point is an equilibrium."""
         return self.status == Status.CONVERGED.name
 
+    def line(self, seconds: float) -> str:
+        """The line of its progress, with the seconds that it took."""
+        place = f"mean gap {self.mean_gap:.4g} a0, separation {self.separation:.4g} a0, A_rep {self.area_rep:.4g}"
+        search = f" and {self.search_pairs:.0f} in the search" if self.search_pairs else ""
+        work = f"residual {self.residual:.1e}, FFT pairs {self.fft_pairs:.0f}{search}, {seconds:.1f} s"
+        return f"{place}, N {self.load:.4g} E*, {work}, {words(self.status)}"
+
     @property
     def meaning(self) -> str:
         """How the solve or the search ended, in words."""
-        words: str = (Outcome[self.status] if self.status in Outcome.__members__ else Status[self.status]).value
-        return words
+        ended: Status | Outcome = Outcome[self.status] if self.status in Outcome.__members__ else Status[self.status]
+        return str(ended.value)
 
 
 class PathEvent(NamedTuple):

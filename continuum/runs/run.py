@@ -5,7 +5,7 @@ interrupted run continues to a bitwise identical result.
 """
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -36,6 +36,8 @@ from continuum.solve.solver import Solver
 _OF_KNOTS = {"gap": ("a0", "gap at the knots of the wall law"), "traction": ("E*", "traction at the knots")}
 Progress = Callable[[Point, int, int], None]
 """Called after each point with the point, the number of finished points, and the number of all."""
+Made = Callable[[RunSetup, Record], Dataset]
+"""Function that makes a dataset of a finished path."""
 
 
 def follow_run(
@@ -47,6 +49,7 @@ def follow_run(
     warn: Callable[[Sequence[str]], None] | None = None,
     every: float = 1.0,
     growth: Growth | None = None,
+    added: Mapping[str, Made] = {},
 ) -> Result:
     """Follow the path of a configuration and store the result.
 
@@ -59,6 +62,7 @@ def follow_run(
     warn : called with warnings about resolution before the first point; they are also stored.
     every : seconds between two writes: a killed process loses the points since the last one, an interrupted one none.
     growth : a stored path of the same contact, whose points are reused if the file has none yet.
+    added : what is stored beside the finished path, by the names of the datasets.
 
     Raises ConfigError if the configuration cannot be run; InputError if this machine lacks the device of the solver;
     OutputError if the file is something else, an input, locked by another process, or cannot be written.
@@ -67,7 +71,7 @@ def follow_run(
     key = identity(config)
     distinct(path, config.files)
     system = build(config)
-    record, finished = _stored(system, path, key, growth, force=force)
+    record, finished = _stored(system, path, key, growth, added, force=force)
     said = list(system.warnings)
     if not finished and (caution := back_end(system.settings.device).CAUTION):
         said.append(caution)
@@ -78,12 +82,10 @@ def follow_run(
     if finished:
         return replace(Result.read(path), resumed=len(record.points), seconds=time.perf_counter() - start)
     with reserved(path):
-        record, _ = _stored(system, path, key, growth, force=force)  # read again, now that no other process writes it
+        # Read again, now that no other process writes it.
+        record, _ = _stored(system, path, key, growth, added, force=force)
         resumed = len(record.points)
-        write = partial(_write, system, path, key, resumed)
-        if resumed == config.loading.points:  # all points are those of a longer path
-            write(record)
-        _follow(system, record, growth, write, every, progress)
+        _follow(system, record, growth, partial(_write, system, path, key, resumed, added), every, progress)
     return replace(Result.read(path), resumed=resumed, seconds=time.perf_counter() - start)
 
 
@@ -95,7 +97,7 @@ def _follow(
     every: float,
     progress: Progress | None,
 ) -> None:
-    """Compute the remaining points; an interruption loses none that can be written."""
+    """Compute the remaining points and write all; an interruption loses none that can be written."""
     total, since = system.config.loading.points, time.perf_counter()
     written, unwritten = since, None
     solver = solver_of(system.problem, system.settings)
@@ -105,7 +107,7 @@ def _follow(
             record.seconds.append((state.solution.seconds, time.perf_counter() - since))
             done = len(record.points)
             del state  # its fields are those of the record, or no longer needed
-            if done == total or time.perf_counter() - written >= every:
+            if done < total and time.perf_counter() - written >= every:
                 write(record)
                 written, unwritten = time.perf_counter(), None
             else:  # at an interruption the record may already belong to the next point
@@ -113,6 +115,8 @@ def _follow(
             if progress is not None:
                 progress(record.points[-1], done, total)
             since = time.perf_counter()
+        del solver  # what is added needs memory, too
+        write(record)
     except (Exception, KeyboardInterrupt, SystemExit) as error:
         if unwritten is not None and not isinstance(error, OutputError):
             write(record.beginning(*unwritten))
@@ -148,7 +152,7 @@ def states_of(
         done = max(0, done - len(targets))
 
 
-def _write(system: RunSetup, path: Path, key: str, resumed: int, record: Record) -> None:
+def _write(system: RunSetup, path: Path, key: str, resumed: int, added: Mapping[str, Made], record: Record) -> None:
     config, grid = system.config, system.grid
     finished = len(record.points) == config.loading.points
     x, y = grid.positions
@@ -162,7 +166,10 @@ def _write(system: RunSetup, path: Path, key: str, resumed: int, record: Record)
     if config.output.fields:
         heights = system.problem.heights.astype(np.float32)
         datasets["heights"] = Dataset(heights, ("x", "y"), "a0", "height of the rigid wall")
-    attributes = {**_attributes(system, record, key, finished), **record.attributes(), "journal/resumed_at": resumed}
+    if finished:
+        datasets |= {name: make(system, record) for name, make in added.items()}
+    journalled = {"journal/resumed_at": resumed, "journal/total_seconds": sum(whole for _, whole in record.seconds)}
+    attributes = {**_attributes(system, record, key, finished), **record.attributes(), **journalled}
     store.write(path, datasets, attributes)
 
 
@@ -196,7 +203,9 @@ def _attributes(system: RunSetup, record: Record, key: str, finished: bool) -> d
     return {**attributes, **config.surface.attributes}
 
 
-def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, force: bool) -> tuple[Record, bool]:
+def _stored(
+    system: RunSetup, path: Path, key: str, growth: Growth | None, added: Mapping[str, Made], *, force: bool
+) -> tuple[Record, bool]:
     """The stored part of this run, or of another path that it continues, and whether it is complete."""
     config = system.config
     here = None if force else growth_of(config, path)
@@ -221,4 +230,4 @@ def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, fo
             record = Record.restored(system.problem, file, fields=config.output.fields)
     except StoreError as error:
         raise store.refused(error) from error
-    return record, bool(file.attributes.get("finished"))
+    return record, bool(file.attributes.get("finished")) and added.keys() <= file.datasets.keys()

@@ -26,7 +26,7 @@ from rich.progress import (
 from rich.table import Table
 
 from continuum.errors import BAD_INPUT, NOT_CONVERGED, StickinessError, shortened
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 
 Voice = Literal["quiet", "normal", "verbose"]
 """How much a command says.

@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 import continuum
 from continuum.files import output
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 
 PIXELS = 2
 """Pixels of a picture per point of the screen, so that a figure of the width of a printed page is as wide as the

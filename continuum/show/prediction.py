@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from continuum.model.surface import Moments
+from continuum.sheet import Column, Entry, Sheet, pairs
 from continuum.show import plot
 from continuum.show.answer import HOW, force, length, per_area, pressure, statements
 from continuum.show.page import Page
 from continuum.show.prediction_data import areal
 from continuum.show.prediction_figures import fault_figure, overview
-from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.threshold import MapThreshold

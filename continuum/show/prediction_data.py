@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.threshold import MapThreshold
 from continuum.topography.areal import areal_parameters

@@ -1,6 +1,7 @@
 """Runs and analyses as figures."""
 
 from collections.abc import Sequence
+from functools import singledispatch
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -9,10 +10,10 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from continuum.arguments import file_name
 from continuum.measure.curve import CurvePoint
 from continuum.measure.outline import patches, size_distribution
-from continuum.runs.analysis import Analysis, MeasuredPoint
-from continuum.runs.result import Result
+from continuum.runs.result import Analysis, MeasuredPoint, Result
 from continuum.show import plot
 from continuum.theory import paper
 
@@ -31,8 +32,15 @@ class PathPoint(CurvePoint, Protocol):
         """Whether it is an equilibrium."""
 
 
+@singledispatch
+def draw(result: Any, folder: Path | None = None) -> list[Path]:
+    """Draw every figure of a stored run or of an analysis, beside the run or into a folder; returns the PNG files."""
+    return draw(Result.read(file_name("result", result)), folder)
+
+
+@draw.register
 def draw_run(result: Result, folder: Path | None = None) -> list[Path]:
-    """Draw every figure of a stored run, beside it or into a folder; returns the PNG files."""
+    """Contact maps, and the curves of area and load."""
     stem = (folder or result.path.parent) / result.path.stem
     figures = {
         "contact": run_contact_maps(result),
@@ -109,6 +117,7 @@ def curve_figure(points: Sequence[PathPoint], slope: float) -> Figure:
     return figure
 
 
+@draw.register
 def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:
     """Draw what was measured on a run, beside its file or into a folder; returns the PNG files."""
     stem = (folder or analysis.result.path.parent) / analysis.result.path.stem

@@ -5,10 +5,10 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from continuum.files import output
+from continuum.sheet import Entry, Sheet
 from continuum.show import plot
 from continuum.show.page import Page
 from continuum.show.prediction_data import as_csv
-from continuum.show.sheet import Entry, Sheet
 from continuum.sticky.study import SampleRank, Study
 
 _NOTE = (

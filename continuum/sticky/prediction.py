@@ -29,7 +29,7 @@ from continuum.topography.map import Topography, opposed
 from continuum.topography.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
 
 if TYPE_CHECKING:
-    from continuum.show.sheet import Sheet
+    from continuum.sheet import Sheet
 
 
 @dataclass(frozen=True, eq=False)

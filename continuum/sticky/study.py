@@ -24,7 +24,7 @@ from continuum.sticky.prediction import Prediction
 from continuum.topography.quantities import PER_MAP
 
 if TYPE_CHECKING:
-    from continuum.show.sheet import Sheet
+    from continuum.sheet import Sheet
 
 TABLE = "study.csv"
 """Name of the table of files in a folder."""

@@ -1,15 +1,11 @@
-"""Run tasks on a Dask cluster given by its scheduler file, and write the job script that starts one under SLURM."""
+"""The job script that starts a cluster, or a job array, under SLURM."""
 
 import math
 import re
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
-from pathlib import Path
 
 from continuum.arguments import ArgumentError, count
-from continuum.errors import InputError
-from continuum.sweeps.workers import DIED, Job, Task, TaskResult, timed
 
 _PROCESS = 2.5e8
 """Memory of an idle worker, in bytes."""
@@ -20,57 +16,6 @@ _NAME, _MODULE, _LINE = (
     re.compile(r"[\w./+-]+", re.ASCII),
     re.compile(r"[^\n\r\0]*"),
 )
-_WAIT = 60
-"""Time limit for the answer of a scheduler, in s."""
-
-
-class ClusterError(InputError, OSError):
-    """The cluster cannot be reached."""
-
-
-def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[TaskResult, None, None]:
-    """Run tasks on the workers of a cluster, the longest first.
-
-    A worker returns its time only: results are on disk, so that nothing is lost with a worker.
-
-    Raises ClusterError if Dask is not installed, or no scheduler answers.
-    """
-    require_scheduler(scheduler_file)
-    from distributed import Client, as_completed
-
-    try:
-        cluster = Client(scheduler_file=str(scheduler_file), timeout=_WAIT)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise ClusterError(f"{scheduler_file}: no scheduler answers there ({error})") from error
-    with cluster as client:
-        futures = {
-            client.submit(timed, work, task, pure=False, key=f"{task.path.name}-{i}", priority=-i, retries=0): task
-            for i, task in enumerate(todo)
-        }
-        for future in as_completed(list(futures)):
-            task = futures.pop(future)
-            failure = future.exception()
-            if failure is None:
-                yield TaskResult(task, future.result())
-            elif type(failure).__name__ == "KilledWorker":
-                yield TaskResult(task, 0.0, DIED)
-            elif isinstance(failure, Exception):
-                yield TaskResult(task, 0.0, f"{type(failure).__name__}: {failure}", failure)
-            else:
-                raise failure
-            future.release()
-
-
-def require_scheduler(scheduler_file: Path) -> None:
-    """Check that Dask is installed and that the scheduler file exists.
-
-    Raises ClusterError that says what to do.
-    """
-    if find_spec("distributed") is None:
-        raise ClusterError("a cluster needs Dask: pip install 'stickiness[cluster]'")
-    if not scheduler_file.is_file():
-        msg = f"{scheduler_file}: there is no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it"
-        raise ClusterError(msg)
 
 
 @dataclass(frozen=True)

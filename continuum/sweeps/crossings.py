@@ -13,6 +13,7 @@ from continuum.files.tables import identity
 from continuum.files.toml import text_of
 from continuum.path.state import JumpSide, Outcome
 from continuum.runs.result import Result
+from continuum.sheet import Column, Sheet
 from continuum.sweeps.axes import System, label_of
 from continuum.sweeps.bisection import Bisection, Bracket
 from continuum.sweeps.columns import OwnColumn, columns_of
@@ -210,3 +211,22 @@ def between_sides(search: Bisection, result: Result) -> float:
         return math.nan
     share = (result.points[step].target - before.area_rep) / (after.area_rep - before.area_rep)
     return float(ends[0] + share * (ends[1] - ends[0]))
+
+
+def crossings_sheet(listing: SweepListing, crossings: Sequence[Crossing]) -> Sheet:
+    """Results of searches so far, one per row."""
+    search = listing.bisection
+    if search is None:
+        return Sheet.of("crossings", ("search",), ())
+    axes = [key for axis in listing.axes[:-1] for key in axis.keys]
+    ends = (Column(f"{search.column} at {end}", form=".3g") for end in ("lower", "upper"))
+    values = (Column(name, form=".6g") for name in (search.key, "lower", "upper"))
+    columns: list[Column | str] = ["search", *axes, *values, *ends, "systems", "status"]
+    rows = []
+    for number, one in enumerate(crossings, 1):
+        bracket = one.bracket
+        given = [v if isinstance(v, str | int | float) else text_of(v) for v in (one.settings[key] for key in axes)]
+        found = (bracket.value, bracket.lower, bracket.upper, bracket.at_lower, bracket.at_upper)
+        rows.append((number, *given, *found, bracket.trials, one.status))
+    at = "" if search.target is None else f" at {search.target:g}"
+    return Sheet.of(f"{search.key} where {search.column}{at} crosses {search.crosses:g}", columns, rows)

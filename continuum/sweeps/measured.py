@@ -14,10 +14,11 @@ from continuum.measure.contact import MEASURED, measure
 from continuum.measure.curve import Curve, normal_stiffness
 from continuum.measure.outline import patches
 from continuum.model.fourier import Real
-from continuum.runs.analysis import profile_outside
+from continuum.runs.build import RunSetup
 from continuum.runs.config import RunConfig
-from continuum.runs.record import Point
-from continuum.runs.result import Result
+from continuum.runs.record import Point, Record
+from continuum.runs.result import profile_outside
+from continuum.runs.run import Made
 from continuum.solve.tangent import tangent_stiffness
 
 _SYSTEM = {
@@ -42,18 +43,6 @@ _ADDED = {
 COLUMNS: Mapping[str, tuple[str, str]] = {**_ADDED, **_POINT, **MEASURED, **_SYSTEM}
 """Columns of the table of a system: unit and description."""
 _NAME = "measured"
-
-
-def add_measurements(path: Path) -> None:
-    """Add the table of numbers to the file of a finished run: dataset ``measured``, rows as ``step``."""
-    file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version)
-    datasets = {
-        **file.datasets,
-        "quantity": Dataset(np.array(list(COLUMNS)), ("quantity",), "", "columns of the table of numbers"),
-        _NAME: Dataset(_table(path), ("step", "quantity"), "", "numbers of each point: tables are made of them"),
-    }
-    seconds = float(file["journal/seconds"].sum())
-    store.write(path, datasets, {**file.attributes, "journal/total_seconds": seconds})
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,38 +93,41 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
     return SystemTable(table, seconds, made)
 
 
-def _table(path: Path) -> Real:
+def _quantities(system: RunSetup, record: Record) -> Dataset:
+    return Dataset(np.array(list(COLUMNS)), ("quantity",), "", "columns of the table of numbers")
+
+
+def _table(system: RunSetup, record: Record) -> Dataset:
     """One row for each point, one column for each of :data:`COLUMNS`."""
-    result = Result.read(path)
-    config, grid, wall, moments = result.config, result.grid, result.wall, result.moments
-    system = {
-        **moments._asdict(),
-        "range": wall.range,
-        "effective_range": wall.effective_range if wall.work_of_adhesion > 0 else 0.0,
-    }
-    good = [step for step, point in enumerate(result.points) if point.converged]
-    curve = Curve.of([result.points[step] for step in good])
+    config, grid, slope = system.config, system.grid, system.realised.rms_slope
+    good = [step for step, point in enumerate(record.points) if point.converged]
+    curve = Curve.of([record.points[step] for step in good])
     stiffness = dict(zip(good, normal_stiffness(curve).tolist(), strict=True))
-    response = config.substrate.build().stiffness(grid) if config.substrate.repeats and config.output.fields else None
-    table = np.full((len(result.points), len(COLUMNS)), np.nan)
-    for step, point in enumerate(result.points):
-        if config.loading.threshold is not None:
-            wall = config.wall.at_work(point.work_of_adhesion)
-            system |= {"range": wall.range, "effective_range": wall.effective_range}
+    response = config.substrate.build().stiffness(grid) if config.substrate.repeats and record.fields else None
+    table = np.full((len(record.points), len(COLUMNS)), np.nan)
+    for step, point in enumerate(record.points):
+        wall = system.at_work(point.work_of_adhesion).wall
         row = {
-            **system,
+            **system.realised._asdict(),
+            "range": wall.range,
+            "effective_range": wall.effective_range if wall.work_of_adhesion > 0 else 0.0,
             **{name: getattr(point, name) for name in _POINT},
             "step": step,
             "converged": point.converged,
             "retracting": point.branch == "retract",
         }
         if point.converged:
-            inside, gap = result.repulsive(step), result.gap(step)
-            numbers = measure(grid, point, inside, moments.rms_slope)
+            inside = store.unpack(record.repulsive[step], grid.shape[1])
+            numbers = measure(grid, point, inside, slope)
             row |= {**numbers.numbers(), "stiffness": stiffness[step], "patches": patches(grid, inside).areas.size}
+            gap = record.gaps[step].astype(np.float64) if record.fields else None
             if gap is not None and wall.range > 0 and inside.any():
                 row["width"] = profile_outside(grid, wall, gap, inside, numbers.diameter).width(wall.range)
             if gap is not None and response is not None and wall.law is not None:
                 row["tangent_stiffness"] = tangent_stiffness(grid, response, wall.law, gap, config.solver.shift)
         table[step] = [row.get(name, np.nan) for name in COLUMNS]
-    return table
+    return Dataset(table, ("step", "quantity"), "", "numbers of each point: tables are made of them")
+
+
+ADDED: Mapping[str, Made] = {"quantity": _quantities, _NAME: _table}
+"""The table of numbers, dataset ``measured``, which a sweep stores with each run."""

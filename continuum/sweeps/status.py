@@ -12,8 +12,9 @@ from continuum.arguments import file_name, flag
 from continuum.files import output, store
 from continuum.files.hdf5 import StoreError
 from continuum.files.inputs import settings_of
+from continuum.sheet import MOST, Sheet, pairs
 from continuum.sweeps.axes import Sweep, System
-from continuum.sweeps.crossings import NOT_DONE, Crossing, asked_for, crossings_of
+from continuum.sweeps.crossings import NOT_DONE, Crossing, asked_for, crossings_of, crossings_sheet
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import SweepListing, changes_of, systems_of
 
@@ -49,6 +50,38 @@ class SweepStatus:
     @property
     def total(self) -> int:
         return len(self.listing.systems)
+
+    def sheets(self) -> list[Sheet]:
+        """Progress of the sweep, its failures, and the progress of its searches."""
+        rows: list[tuple[str, str | int]] = [
+            ("systems", self.total),
+            ("done", self.done),
+            ("running", len(self.running)),
+            *(("", text) for text in self.running[:MOST]),
+            *(("a process died", text) for text in self.died[:MOST]),
+            ("failed", len(self.failed)),
+            ("left", self.left),
+        ]
+        if self.crossings:  # the trials of a search are not known in advance
+            ended = [one for one in self.crossings if one.complete]
+            rows[0], rows[-1] = ("systems so far", self.total), ("searches", len(self.crossings))
+            rows += [
+                ("crossings found", sum(one.found for one in ended)),
+                ("ended without one", sum(not one.found for one in ended)),
+                ("not ended", len(self.crossings) - len(ended)),
+            ]
+        if not np.isnan(self.rate):
+            rows.append(("lately", f"{self.rate:.3g} systems an hour"))
+        if self.done < self.total and not np.isnan(self.seconds_left):
+            rows.append(("time left, about", f"{self.seconds_left / 3600:.2g} h at that rate"))
+        if self.others:
+            rows.append(("of an earlier input, kept", self.others))
+        sheets = [pairs(self.listing.name, rows)]
+        if self.failed:
+            sheets.append(Sheet.of("failed; --retry tries them again", ("system", "reason"), self.failed).beginning())
+        if self.crossings:
+            sheets.append(crossings_sheet(self.listing, self.crossings).beginning())
+        return sheets
 
 
 def sweep_status(

@@ -24,7 +24,7 @@ from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.columns import OwnColumn, add_columns
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
-from continuum.sweeps.measured import add_measurements
+from continuum.sweeps.measured import ADDED
 from continuum.sweeps.workers import Task, TaskResult, say
 
 _EVERY = 20.0
@@ -173,8 +173,8 @@ def solve_system(root: Path, task: SystemTask) -> None:
                 every=_EVERY,
                 growth=task.growth,
                 progress=lambda _, done, total: say(done / total),
+                added=ADDED,
             )
-            add_measurements(working)
             output.placed(working, task.path)
         add_columns(folder, task.plan.key, task.columns)
         folder.failure(task.path.stem).unlink(missing_ok=True)

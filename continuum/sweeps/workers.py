@@ -1,11 +1,13 @@
-"""Worker processes.
+"""Run tasks, each with an identity and a file, in processes that may die.
 
-Each is a new interpreter that gets its tasks through a pipe and never imports the main script, which needs no ``if
-__name__ == "__main__"``.  It ends when the pipe is closed, even if its parent was killed.
+A task is done when its file exists, and a second call runs what is missing.  Nothing here depends on what a task
+computes.  A worker is a new interpreter that gets its tasks through a pipe and never imports the main script, which
+needs no ``if __name__ == "__main__"``.  It ends when the pipe is closed, even if its parent was killed.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import pickle
 import queue
@@ -14,20 +16,28 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
+from importlib.util import find_spec
 from multiprocessing import Pipe
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
-from continuum.errors import StickinessError
+from continuum.arguments import ArgumentError, count
+from continuum.errors import InputError, StickinessError
+from continuum.files.output import LockedError
 
 _CODE = "import sys; sys.path[:] = sys.argv[2:]; from continuum.sweeps.workers import serve; serve(int(sys.argv[1]))"
 _TERMINAL = (signal.SIGINT, signal.SIGHUP)
 """Signals that a terminal sends to all its processes: the parent handles them and ends the workers."""
+_MOST = 1024
+"""Largest numbers of processes, and of threads of each."""
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_WAIT = 60
+"""Time limit for the answer of a scheduler, in s."""
 _PATIENCE = 60.0
 """Seconds that a process has to store its points; queues give half of that."""
 
@@ -193,6 +203,12 @@ class TaskResult:
         """Whether its file was there already."""
         return self.ok and self.seconds == 0
 
+    def __str__(self) -> str:
+        if self.ok:
+            return f"{self.task.label}: {'was there' if self.found else f'{self.seconds:.1f} s'}"
+        held = isinstance(self.error, LockedError)
+        return f"{self.task.label}: {'locked by another process' if held else self.reason.splitlines()[0]}"
+
 
 Job = Callable[[Any], None]
 """Function that runs a task; it must be importable, or partial, to be sent to another process."""
@@ -245,3 +261,160 @@ def timed(work: Job, task: Task) -> float:
             raise StickinessError(f"{type(error).__name__}: {error}") from None
         raise
     return time.perf_counter() - began
+
+
+def run_tasks(
+    tasks: Iterable[Task],
+    work: Job,
+    is_done: Callable[[Any], bool],
+    *,
+    workers: int = 1,
+    scheduler_file: Path | None = None,
+    memory: float = math.inf,
+    devices: Sequence[str] = (),
+    meanwhile: Callable[[Task, Message], None] = lambda task, said: None,
+) -> Generator[TaskResult, None, None]:
+    """Run the missing tasks in parallel; a task that fails does not stop the others.
+
+    Yields the result of each task: first those that were done before, then the others as they end.
+
+    Parameters
+    ----------
+    tasks : in any order.
+    work : writes the file of a task.
+    is_done : checks the file of a task; called once, before anything starts.
+    workers : processes of this machine, the libraries of each with one thread.
+    scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
+    memory : memory in bytes; tasks run in parallel as long as they fit into it together.
+    devices : GPUs as in CUDA_VISIBLE_DEVICES: each process uses one of its own.
+    meanwhile : called with each message of a task on this machine: progress, result, or death of its process, after
+        which the task is run again, alone, when all others have ended.
+    """
+    check_workers(workers, 1, devices)
+    todo = []
+    for task in tasks:
+        if is_done(task):
+            yield TaskResult(task, 0.0)
+        else:
+            todo.append(task)
+    todo.sort(key=lambda task: -task.cost)
+    if scheduler_file is not None:
+        yield from _on_cluster(todo, work, scheduler_file)
+        return
+    shared = {**os.environ, **dict.fromkeys(_THREADS, "1")}
+    own = [{"CUDA_VISIBLE_DEVICES": device} for device in devices] or [{}] * workers
+    environments = [{**shared, **each} for each in own[:workers]]
+    died = yield from _in_parallel(todo, work, environments, memory, meanwhile)
+    # Memory may not have sufficed in parallel, but may suffice alone.
+    for task in died:
+        if (yield from _in_parallel([task], work, environments[:1], memory, meanwhile)):
+            yield TaskResult(task, 0.0, DIED)
+
+
+def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> None:
+    """Check the numbers of processes and threads, and that there are not more processes than GPUs.
+
+    Raises ArgumentError that names the one that is at fault.
+    """
+    count("workers", workers, most=_MOST)
+    count("threads", threads, most=_MOST)
+    if devices and workers > len(devices):
+        raise ArgumentError("workers", workers, f"at most one for each GPU: {len(devices)}")
+
+
+def _in_parallel(
+    todo: list[Task],
+    work: Job,
+    environments: Iterable[dict[str, str]],
+    memory: float,
+    meanwhile: Callable[[Task, Message], None],
+) -> Generator[TaskResult, None, list[Task]]:
+    """Run tasks until all have ended, in one process for each environment; returns those whose process died."""
+    waiting, died = list(reversed(todo)), list[Task]()
+    workers = [Worker(environment) for environment in environments]
+    free, busy = workers[:], dict[object, tuple[Worker, Task]]()
+
+    def next_fitting() -> int | None:
+        """Index of the longest task that fits beside those that run."""
+        held = [task.memory for _, task in busy.values()]
+        fits = (i for i in reversed(range(len(waiting))) if not held or sum(held) + waiting[i].memory <= memory)
+        return next(fits, None)
+
+    try:
+        while waiting or busy:
+            while free and (i := next_fitting()) is not None:
+                worker, task = free.pop(), waiting.pop(i)
+                worker.give(work, task)
+                busy[worker.connection] = worker, task
+            for ready in wait([worker.connection for worker, _ in busy.values()]):
+                worker, task = busy[ready]
+                said = worker.take()
+                meanwhile(task, said)
+                if said.share is not None:
+                    continue
+                del busy[ready]
+                free.append(worker)
+                if said.death:
+                    died.append(task)
+                elif said.error is not None:
+                    yield TaskResult(task, 0.0, f"{type(said.error).__name__}: {said.error}", said.error)
+                else:
+                    yield TaskResult(task, said.seconds)
+    except BaseException:
+        for worker in workers:  # all in parallel: each stores the finished points of its path
+            worker.stop()
+        for worker in workers:
+            worker.end(now=True)
+        raise
+    for worker in workers:
+        worker.end()
+    return died
+
+
+class ClusterError(InputError, OSError):
+    """The cluster cannot be reached."""
+
+
+def _on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[TaskResult, None, None]:
+    """Run tasks on the workers of a cluster, the longest first.
+
+    A worker returns its time only: results are on disk, so that nothing is lost with a worker.
+
+    Raises ClusterError if Dask is not installed, or no scheduler answers.
+    """
+    require_scheduler(scheduler_file)
+    from distributed import Client, as_completed
+
+    try:
+        cluster = Client(scheduler_file=str(scheduler_file), timeout=_WAIT)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise ClusterError(f"{scheduler_file}: no scheduler answers there ({error})") from error
+    with cluster as client:
+        futures = {
+            client.submit(timed, work, task, pure=False, key=f"{task.path.name}-{i}", priority=-i, retries=0): task
+            for i, task in enumerate(todo)
+        }
+        for future in as_completed(list(futures)):
+            task = futures.pop(future)
+            failure = future.exception()
+            if failure is None:
+                yield TaskResult(task, future.result())
+            elif type(failure).__name__ == "KilledWorker":
+                yield TaskResult(task, 0.0, DIED)
+            elif isinstance(failure, Exception):
+                yield TaskResult(task, 0.0, f"{type(failure).__name__}: {failure}", failure)
+            else:
+                raise failure
+            future.release()
+
+
+def require_scheduler(scheduler_file: Path) -> None:
+    """Check that Dask is installed and that the scheduler file exists.
+
+    Raises ClusterError that says what to do.
+    """
+    if find_spec("distributed") is None:
+        raise ClusterError("a cluster needs Dask: pip install 'stickiness[cluster]'")
+    if not scheduler_file.is_file():
+        msg = f"{scheduler_file}: there is no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it"
+        raise ClusterError(msg)

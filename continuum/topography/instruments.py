@@ -18,8 +18,7 @@ import numpy as np
 
 from continuum import units
 from continuum.arguments import file_name
-from continuum.files.columns import evenly_spaced
-from continuum.files.maps import RawMap
+from continuum.files.maps import RawMap, evenly_spaced
 from continuum.topography.map import TopographyError
 
 ALL = "all"

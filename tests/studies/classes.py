@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter, grey_dilation
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 from continuum.solve.solution import NotConvergedError
 from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import UnresolvedError

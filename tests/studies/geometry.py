@@ -14,7 +14,7 @@ from continuum.measure.outline import areas, outline
 from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace
 from continuum.model.walls import HardWall
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
 

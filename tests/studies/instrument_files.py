@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from continuum.errors import InputError
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 from continuum.topography.reading import read_all
 
 GIVEN = ({}, {"size": "1um"}, {"unit": "nm"}, {"size": "1um", "unit": "nm"}, {"unit": "um,nm"})

@@ -20,7 +20,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.path.threshold import press_without_adhesion
 from continuum.path.threshold_search import WallOfWork
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 from continuum.solve.solution import NotConvergedError
 from continuum.theory.smooth import tabor_parameter
 from tests.studies.one_state import RESOLVED, load_kept

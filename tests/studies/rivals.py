@@ -15,7 +15,7 @@ import numpy as np
 from pandas import DataFrame, concat, read_csv
 
 from continuum.model.walls.attraction import Shape, attraction_on_core
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 from continuum.theory.persson import PerssonContact
 from tests.studies.judgement import MEASURED
 from tests.studies.law import fit, thresholds

@@ -14,7 +14,7 @@ import numpy as np
 from pandas import DataFrame
 
 from continuum.runs.result import Result
-from continuum.show.sheet import Sheet
+from continuum.sheet import Sheet
 from continuum.sweeps.collect import collect
 from continuum.sweeps.folder import Folder
 from continuum.theory.paper import ExpectedContact

@@ -48,6 +48,9 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
         np.testing.assert_array_equal(back.values, dataset.values)
         assert back.values.dtype.kind == dataset.values.dtype.kind
         assert (back.dims, back.units, back.long_name) == (dataset.dims, dataset.units, dataset.long_name)
+    named = store.read_datasets(tmp_path / "a.h5", "test", 1, {"group/count", "not there"})
+    assert named.attributes == attributes
+    assert {name: each.values.tolist() for name, each in named.datasets.items()} == {"group/count": [0, 1, 2]}
 
 
 def test_the_same_content_is_the_same_file(tmp_path: Path) -> None:

@@ -186,7 +186,7 @@ def test_commands_as_functions(tmp_path: Path) -> None:
     assert data["status"].attrs["flag_meanings"].split()[data["status"][0].item()] == "CONVERGED"
     assert repr(result).endswith("5 points, 5 converged, 0 jumps)")
     assert {path.name for path in c.plot(result.path)} == {"small-contact.png", "small-area-and-load.png"}
-    assert len(found.plot()) == 4
+    assert len(c.plot(found)) == 4
     np.testing.assert_array_equal(result.contact_map(0) == 2, result.repulsive(0))
     for look in (result.gap, result.repulsive, result.contact_map):
         np.testing.assert_array_equal(look(-1), look(4))

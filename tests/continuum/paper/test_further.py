@@ -14,9 +14,8 @@ from continuum.paper import further
 from continuum.paper.figures import FIGURES
 from continuum.paper.page import plot_figure
 from continuum.paper.points import FigureError, SweepData
-from continuum.runs.analysis import analyse_run
-from continuum.runs.result import Result
-from continuum.show.sheet import Sheet
+from continuum.runs.result import Result, analyse_run
+from continuum.sheet import Sheet
 from continuum.solve.tangent import tangent_stiffness
 from continuum.sweeps.folder import Folder
 from tests.printed import faults_in_print

@@ -13,11 +13,9 @@ from hypothesis import strategies as st
 from continuum.cli import main
 from continuum.files.inputs import load
 from continuum.measure.curve import Curve, adhesion, normal_stiffness
-from continuum.runs.analysis import analyse_run
 from continuum.runs.config import RunConfig
-from continuum.runs.result import Result
+from continuum.runs.result import Result, analyse_run
 from continuum.runs.run import follow_run
-from continuum.show.runs import analysis_sheets
 from continuum.theory import paper
 
 
@@ -105,7 +103,7 @@ def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> Non
     assert expected.diameter == paper.contact_diameter(expected.rms_slope, expected.rms_curvature)
     assert found.adhesion is not None
     assert found.adhesion.peak_load == max(step.load for step in summary.points)
-    *each, whole = analysis_sheets(found)
+    *each, whole = found.sheets()
     assert [len(sheet.rows) for sheet in each] == [5] * 3
     assert len(whole.rows) == 11
 
@@ -145,6 +143,15 @@ def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tm
             assert point.fields is not None
             assert (point.fields.pressures is None) == (name == "hard")
             assert point.fields.areas.repulsive == pytest.approx(point.numbers.area_rep, abs=1e-12)
+
+
+def test_a_point_whose_work_was_searched_for_is_measured_under_its_own_wall(small: Path, tmp_path: Path) -> None:
+    loading = {"control": "repulsive-area", "targets": [0.04], "threshold": 0.1}
+    found = analyse_run(follow_run(load(small, RunConfig, {"loading": loading}), tmp_path / "small.h5"))
+    (point,) = found.points
+    assert point.point.work_of_adhesion != found.result.wall.work_of_adhesion
+    assert point.fields is not None
+    assert point.fields.areas.attracted == pytest.approx(point.point.area_att, abs=1e-12)
 
 
 def test_points_that_failed_are_left_out(small: Path, tmp_path: Path) -> None:

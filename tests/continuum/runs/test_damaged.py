@@ -21,7 +21,7 @@ from continuum.files.inputs import load
 from continuum.runs.config import RunConfig
 from continuum.runs.result import Result
 from continuum.runs.run import follow_run
-from continuum.sweeps.measured import add_measurements, numbers_of
+from continuum.sweeps.measured import ADDED, numbers_of
 
 RUN: dict[str, Any] = {
     "grid": {"n": 32},
@@ -39,8 +39,7 @@ OF_ATTRIBUTES = ("missing", "word", "number", "array", "brackets")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A result with a jump, and the numbers that a sweep adds."""
     path = tmp_path_factory.mktemp("damaged") / "run.h5"
-    assert follow_run(load(RUN, RunConfig), path).events
-    add_measurements(path)
+    assert follow_run(load(RUN, RunConfig), path, added=ADDED).events
     return path
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +17,7 @@ from continuum.files import store
 from continuum.files.inputs import load
 from continuum.runs.config import RunConfig
 from continuum.runs.growth import growth_of
+from continuum.runs.result import Result
 from continuum.runs.run import follow_run
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.status import sweep_status
@@ -37,6 +41,18 @@ def seconds(path: Path) -> np.ndarray:
     return store.read_few(path, ("journal/seconds",), ())[0]["journal/seconds"]
 
 
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """The file of an input, solved once; not to be changed."""
+
+    @cache
+    def solved(text: str) -> Path:
+        folder = tmp_path_factory.mktemp("solved")
+        return follow_run(config(folder, text), folder / "run.h5").path
+
+    return solved
+
+
 @pytest.mark.parametrize(
     ("short", "long"),
     [
@@ -47,25 +63,25 @@ def seconds(path: Path) -> np.ndarray:
     ],
     ids=["targets", "way back", "areas", "thresholds"],
 )
-def test_a_longer_path_goes_on_as_if_it_had_been_one(short: str, long: str, tmp_path: Path) -> None:
+def test_a_longer_path_goes_on_as_if_it_had_been_one(
+    short: str, long: str, stored: Callable[[str], Path], tmp_path: Path
+) -> None:
     path, said = tmp_path / "grown.h5", list[str]()
-    done = len(follow_run(config(tmp_path, short), path).points)
+    done = len(Result.read(shutil.copy(stored(short), path)).points)
     before = seconds(path)
     assert follow_run(config(tmp_path, long), path, warn=said.extend).resumed == done
     assert f"continues with {done} stored points of another path" in said[-1]
     np.testing.assert_array_equal(seconds(path)[:done], before)
-    follow_run(config(tmp_path, long), tmp_path / "whole.h5")
-    same(path, tmp_path / "whole.h5")
+    same(path, stored(long))
 
 
-def test_a_path_that_was_stopped_while_it_grew_goes_on(tmp_path: Path) -> None:
+def test_a_path_that_was_stopped_while_it_grew_goes_on(stored: Callable[[str], Path], tmp_path: Path) -> None:
     path, long = tmp_path / "grown.h5", config(tmp_path, LONGER)
-    follow_run(config(tmp_path, ONE_WAY), path)
+    shutil.copy(stored(ONE_WAY), path)
     with pytest.raises(KeyboardInterrupt):
         follow_run(long, path, progress=stop_after(4, KeyboardInterrupt))
     assert follow_run(long, path).resumed == 4
-    follow_run(long, tmp_path / "whole.h5")
-    same(path, tmp_path / "whole.h5")
+    same(path, stored(LONGER))
 
 
 @pytest.mark.parametrize(
@@ -78,9 +94,10 @@ def test_a_path_that_was_stopped_while_it_grew_goes_on(tmp_path: Path) -> None:
         ("[output]", "[solver]\ntolerance = 1e-8\n[output]"),
     ],
 )
-def test_nothing_else_takes_the_place_of_a_stored_path(old: str, new: str, tmp_path: Path) -> None:
-    path = tmp_path / "run.h5"
-    follow_run(config(tmp_path, LONGER), path)
+def test_nothing_else_takes_the_place_of_a_stored_path(
+    old: str, new: str, stored: Callable[[str], Path], tmp_path: Path
+) -> None:
+    path = Path(shutil.copy(stored(LONGER), tmp_path / "run.h5"))
     before = path.read_bytes()
     with pytest.raises(OutputError, match="holds another result"):
         follow_run(config(tmp_path, LONGER.replace(old, new)), path)
@@ -95,10 +112,9 @@ def test_without_the_last_state_a_longer_path_is_refused(tmp_path: Path) -> None
         follow_run(config(tmp_path, LONGER), path)
 
 
-def test_a_part_of_a_path_is_taken_from_it(tmp_path: Path) -> None:
-    follow_run(config(tmp_path, LONGER), tmp_path / "long.h5")
+def test_a_part_of_a_path_is_taken_from_it(stored: Callable[[str], Path], tmp_path: Path) -> None:
     short = config(tmp_path, ONE_WAY + "last_state = false\n")
-    growth = growth_of(short, tmp_path / "long.h5")
+    growth = growth_of(short, stored(LONGER))
     assert growth is not None
     assert growth.kept == 3
     assert not growth.whole
@@ -124,9 +140,8 @@ def test_a_finer_tolerance_begins_at_the_stored_states(tmp_path: Path) -> None:
     assert one["fft_pairs"].sum() < 0.8 * other["fft_pairs"].sum()
 
 
-def test_a_looser_tolerance_keeps_what_is_better(tmp_path: Path) -> None:
-    path = tmp_path / "run.h5"
-    follow_run(config(tmp_path, ONE_WAY), path)
+def test_a_looser_tolerance_keeps_what_is_better(stored: Callable[[str], Path], tmp_path: Path) -> None:
+    path = Path(shutil.copy(stored(ONE_WAY), tmp_path / "run.h5"))
     before = seconds(path)
     loose = config(tmp_path, ONE_WAY.replace("[output]", "[solver]\ntolerance = 1e-3\n[output]"))
     assert follow_run(loose, path).resumed == 3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from continuum.cli import main
 from continuum.errors import OutputError
 from continuum.files import store
 from continuum.files.inputs import load
+from continuum.files.store import Dataset
 from continuum.model.walls import LennardJonesSpline
 from continuum.runs import run
 from continuum.runs.build import build
@@ -28,14 +30,21 @@ from continuum.runs.run import follow_run
 from continuum.show.plot import written_as
 from continuum.sweeps.axes import Sweep
 from tests.problems import SMALL
-from tests.stored import ENGINES, opens_in_xarray, same, stop_after
+from tests.stored import ENGINES, content, opens_in_xarray, same, stop_after
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The path of ``small``, solved once."""
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "small.toml").write_text(SMALL)
+    assert follow_run(load(folder / "small.toml", RunConfig), folder / "whole.h5").converged
+    return folder / "whole.h5"
 
 
 @pytest.fixture
-def whole(small: Path) -> Path:
-    path = small.with_name("whole.h5")
-    assert follow_run(load(small, RunConfig), path).converged
-    return path
+def whole(small: Path, solved: Path) -> Path:
+    return Path(shutil.copy(solved, small.with_name("whole.h5")))
 
 
 def test_a_result_holds_what_is_needed(small: Path, whole: Path) -> None:
@@ -114,6 +123,20 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
     assert follow_run(load(small, RunConfig), path).resumed >= 1
     same(path, whole)
     assert not list(small.parent.glob(".*.tmp"))
+
+
+def test_what_is_stored_beside_a_finished_path_is_made_of_its_file(
+    small: Path, whole: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    beside = {"more": lambda system, record: Dataset(np.arange(len(record.points)), ("step",), "1", "more")}
+    config, before = load(small, RunConfig), content(whole)
+    monkeypatch.setattr(run, "follow", lambda *given: pytest.fail("a stored path is solved again"))
+    assert follow_run(config, whole, added=beside).resumed == 5
+    after = content(whole)
+    assert after.pop("more").tolist() == [0, 1, 2, 3, 4]
+    assert after.keys() == before.keys()
+    monkeypatch.setattr(store, "write", lambda *given: pytest.fail("it is there"))
+    assert follow_run(config, whole, added=beside).resumed == 5
 
 
 def test_threads_do_not_change_results(small: Path, whole: Path) -> None:

@@ -15,7 +15,7 @@ from PIL import Image
 import continuum
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
-from continuum.runs.analysis import analyse_run
+from continuum.runs.result import analyse_run
 from continuum.show import plot
 from continuum.show.prediction_figures import fault_figure, overview
 from continuum.show.run_figures import draw_analysis, draw_run, map_figure

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from continuum.sheet import Column, Sheet, pairs
 from continuum.show.page import Page
 from continuum.show.plot import new_figure, save_figure
-from continuum.show.sheet import Column, Sheet, pairs
 
 cells = (
     st.none() | st.integers(-1000, 1000) | st.floats() | st.text(st.characters(codec="utf-8", exclude_characters="\r"))

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import pickle
-import signal
 import subprocess
 import sys
-import time
 from collections import Counter
 from functools import partial
 from pathlib import Path
@@ -15,36 +13,21 @@ from pathlib import Path
 import pytest
 
 from continuum.arguments import ArgumentError
-from continuum.sweeps.engine import run_tasks
-from continuum.sweeps.workers import DIED, Task
+from continuum.sweeps.workers import DIED, Task, run_tasks
+from tests.tasks import exists, see, work
 
 ROOT = Path(__file__).parents[3]
 SCRIPT = """
 from functools import partial
 from pathlib import Path
-from continuum.sweeps.engine import run_tasks
+from continuum.sweeps.workers import run_tasks
 from continuum.sweeps.workers import Task
-from tests.continuum.sweeps.test_engine import exists, work
+from tests.tasks import exists, work
 print("read", flush=True)
 tasks = [Task(Path(f"{i}.txt"), f"good {i}", float(i)) for i in (1, 2)]
 for ended in run_tasks(tasks, partial(work, Path("log")), exists):
     print(ended.task.label, ended.ok)
 """
-
-
-def work(log: Path, task: Task) -> None:
-    """Leaves a line in a log, and ends as the name of the task says."""
-    with log.open("a") as file:
-        file.write(f"{task.label}\n")
-    if "dies" in task.label:
-        os.kill(os.getpid(), signal.SIGKILL)
-    if "raises" in task.label:
-        raise ValueError(task.label)
-    task.path.write_text(os.environ["OMP_NUM_THREADS"])
-
-
-def exists(task: Task) -> bool:
-    return task.path.exists()
 
 
 @pytest.mark.parametrize("workers", [1, 3])
@@ -99,14 +82,6 @@ def test_the_longest_is_begun_first(tmp_path: Path) -> None:
     tasks = [Task(tmp_path / f"{cost}.txt", f"good {cost}", float(cost)) for cost in (1, 3, 2)]
     assert [e.task.cost for e in run_tasks(tasks, partial(work, tmp_path / "log"), exists)] == [3, 2, 1]
     assert [e.seconds for e in run_tasks(tasks, partial(work, tmp_path / "log"), exists)] == [0, 0, 0]
-
-
-def see(task: Task) -> None:
-    """Leaves the GPU that its process sees; the first two tasks wait for each other, so that each has a process."""
-    task.path.write_text(os.environ["CUDA_VISIBLE_DEVICES"])
-    other = task.path.with_name({"0.txt": "1.txt", "1.txt": "0.txt"}.get(task.path.name, task.path.name))
-    while not other.exists():
-        time.sleep(0.01)
 
 
 def test_each_process_sees_a_gpu_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

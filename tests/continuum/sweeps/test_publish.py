@@ -10,6 +10,7 @@ import socket
 import subprocess
 import sys
 from html.parser import HTMLParser
+from itertools import islice
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -20,10 +21,10 @@ import xarray
 import continuum as c
 from continuum.cli import main
 from continuum.errors import InputError
-from continuum.files.citation import Citation
+from continuum.files.provenance import Citation
 from continuum.paper import publication_page
+from continuum.paper.page import drawings_of
 from continuum.paper.publication import sweep_publish
-from continuum.show import plot
 from tests.problems import SMALL
 from tests.stored import ENGINES
 
@@ -63,10 +64,13 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def place(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """As the command leaves it, on a machine whose name can be told from all else."""
+    """As the command leaves it, on a machine whose name can be told from all else; with three figures, as tests of
+    ``paper`` draw them all.
+    """
     folder = tmp_path_factory.mktemp("published") / "out"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(socket, "gethostname", lambda: "machine-of-the-author")
+        patch.setattr(publication_page, "drawings_of", lambda data: islice(drawings_of(data), 3))
         assert main(["sweep", "publish", str(root), "-o", str(folder), "--creator", "Doe, Jane", "-q"]) == 0
     return folder
 
@@ -152,7 +156,6 @@ def test_both_tables_have_all_points(root: Path, place: Path, engine: str) -> No
 
 @pytest.mark.usefixtures("no_figures")
 def test_without_xarray_the_table_is_hdf5(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delitem(sys.modules, "continuum.files.labelled", raising=False)
     monkeypatch.setitem(sys.modules, "xarray", None)
     done = sweep_publish(root, tmp_path / "out", creators=["Doe, Jane"])
     assert (tmp_path / "out" / "table.h5") in done.files
@@ -238,13 +241,14 @@ def test_a_sweep_into_full_contact_is_published(tmp_path: Path) -> None:
     [pytest.param('"wall.adhesion_length" = [0.0, 0.005]', marks=pytest.mark.long), '"surface.path" = ["map.npy"]'],
 )
 def test_files_that_the_input_reads_are_named(axis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def named(figure: object, stem: Path) -> Path:
-        """A picture takes seconds; which there are is asked here."""
-        path = stem.with_name(f"{stem.name}.png")
-        path.write_bytes(b"")
-        return path
+    def named(drawing: object, stem: Path) -> tuple[Path, Path]:
+        """A figure takes seconds; which there are is asked here."""
+        files = stem.with_name(f"{stem.name}.png"), stem.with_name(f"{stem.name}.csv")
+        for path in files:
+            path.write_bytes(b"")
+        return files
 
-    monkeypatch.setattr(plot, "save_figure", named)
+    monkeypatch.setattr(publication_page, "save_drawing", named)
     heights = np.random.default_rng(1).normal(size=(24, 30)).cumsum(0).cumsum(1)
     np.save(tmp_path / "map.npy", heights / 500)
     surface = re.compile(r"\[surface\].*?\n\n", re.DOTALL)

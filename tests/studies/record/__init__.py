@@ -27,7 +27,7 @@ from scipy.stats import mannwhitneyu
 from continuum.files import output
 from continuum.paper.dispute import conformal_energies, crossovers
 from continuum.paper.points import sweep_points
-from continuum.show.sheet import Column, Sheet
+from continuum.sheet import Column, Sheet
 from continuum.sticky.criteria import AREA, CRITERIA, RoughContact
 from continuum.sweeps.collect import PointTable, collect
 from tests.studies.record.judged import NECESSARY, judge_contact

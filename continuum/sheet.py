@@ -5,13 +5,15 @@ import html
 import io
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 Entry = str | float | int | None
 """Contents of a cell; None for an empty one."""
 _FORMULA = ("=", "+", "-", "@", "\t")
 """First characters with which spreadsheets begin a formula; names of files and samples are the user's."""
+MOST = 20
+"""Rows of a list that a terminal shows."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,11 @@ class Sheet:
         writer.writerows(["" if cell is None else _inert(cell) for cell in row] for row in self.rows)
         return out.getvalue()
 
+    def beginning(self) -> Self:
+        """As many rows as a terminal shows."""
+        more = len(self.rows) - MOST
+        return replace(self, rows=self.rows[:MOST], note=f"and {more} more") if more > 0 else self
+
     def __str__(self) -> str:
         return self.text()
 
@@ -145,3 +152,8 @@ def _inert(cell: Entry) -> Entry:
 def pairs(title: str, rows: Iterable[tuple[str, Entry]], note: str = "") -> Sheet:
     """A sheet of quantities and their values, one a row."""
     return Sheet.of(title, ("quantity", "value"), rows, note)
+
+
+def words(name: str) -> str:
+    """The name of a status in lower case words."""
+    return name.lower().replace("_", " ")
