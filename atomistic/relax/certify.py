@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from atomistic.lammps.earlier import finished_steps
+from atomistic.lammps.directory import finished_steps
 from atomistic.lammps.result import DeckError, DeckResult, read_result
 from atomistic.lammps.session import Session
 from atomistic.relax.deckrun import DeckRun

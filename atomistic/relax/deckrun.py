@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.lammps.directory import read_heights, read_wall
-from atomistic.lammps.earlier import finished_steps
+from atomistic.lammps.directory import finished_steps, read_heights, read_wall
 from atomistic.lammps.protocol import AVERAGES, ENERGIES, LOAD_TOLERANCE
 from atomistic.lammps.result import (
     FORCES,

@@ -52,7 +52,7 @@ def nothing_expensive(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("atomistic.ladder.validate.distinct", accept)
     monkeypatch.setattr("atomistic.lammps.engine.run_in_process", accept)
     monkeypatch.setattr("atomistic.lammps.engine.run_command", accept)
-    monkeypatch.setattr("atomistic.lammps.directory.write_deck", accept)
+    monkeypatch.setattr("atomistic.lammps.deck.write_deck", accept)
 
 
 def protocol(**table: Any) -> None:

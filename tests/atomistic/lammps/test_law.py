@@ -13,8 +13,7 @@ import atomistic as a
 from atomistic.cli import main
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.law import LAWS, native_law, read_wall_table
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall

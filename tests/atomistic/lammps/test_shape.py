@@ -13,8 +13,7 @@ import atomistic as a
 import continuum as c
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.result import DeckResult
 from atomistic.lammps.session import Session
