@@ -38,6 +38,10 @@ WALLS: dict[str, Wall] = {
 }
 
 
+def test_every_law_that_decks_know_is_tested_here() -> None:
+    assert {type(wall) for wall in WALLS.values()} == set(LAWS)
+
+
 def spread(wall: Wall) -> Deck:
     """A flat slab under heights that put every part of the law above some atom."""
     slab = Slab((8, 9), mobile=2)

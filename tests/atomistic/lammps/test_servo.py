@@ -10,9 +10,9 @@ import pytest
 
 import atomistic as a
 import continuum as c
+from atomistic.front import DeckRun
 from atomistic.lammps.protocol import SAMPLED, largest_timestep
 from atomistic.lammps.result import read_result
-from atomistic.relax.deckrun import DeckRun
 
 TEMPERATURE = 0.0018
 """k_B T, in E* a0³: copper at 300 K."""
