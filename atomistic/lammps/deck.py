@@ -171,9 +171,8 @@ class Deck:
                 )
                 raise ArgumentError("wall_force", self.wall_force, allowed)
             instance("wall_crystal", self.wall_crystal, WallCrystal)
-            crystal_wall.crystal_wall(
-                self.wall, self.shape, self.slab.shape, self.wall_crystal
-            )  # or what it cannot be is said
+            # If there is no such crystal, the reason is raised.
+            crystal_wall.crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)
         number("wall_tolerance", self.wall_tolerance, above=0)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")
