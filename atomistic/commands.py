@@ -7,14 +7,12 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from atomistic import front
+from atomistic import front, validation
 from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
-from atomistic.ladder import validate as validations
 from atomistic.ladder.comparison import paths_of
 from atomistic.lammps import engine
-from atomistic.relax.deckrun import DeckRun
 from continuum.errors import NOT_CONVERGED, OK
 from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
@@ -35,7 +33,7 @@ INPUTS: dict[str, tuple[type[Document], str]] = {
 Kind = Literal["validate", "deck"]
 
 
-@like(validations.validate)
+@like(validation.validate)
 def validate(
     file: str,
     *,
@@ -46,7 +44,7 @@ def validate(
     engine.command_words(lmp_command, "--lmp-command")
     config = load(file, ValidateConfig)
     with progress(len(paths_of(config)), f"validate {Path(file).stem}") as tell:
-        found = validations.validate(
+        found = validation.validate(
             config, decks=decks, lmp_command=lmp_command, progress=lambda text, done, _: tell(done, text), **given
         )
     for sheet in found.sheets():
@@ -117,14 +115,18 @@ def read(
         warn(found.faults)
         code = code if found.ok else NOT_CONVERGED
     with written_as(format):
-        stored, figure, *walls = run.write(output, compare=compare)
+        stored, figure, *others = run.write(output, compare=compare)
+    walls = [path for path in others if path.suffix == ".vtk"]
     print(f"result   {stored}")
     print(f"figure   {figure}")
     print(f"wall     {walls[0]}{f' and {len(walls) - 1} more' if len(walls) > 1 else ''}, for OVITO and ParaView")
+    for path in others:
+        if path not in walls:
+            print(f"file     {path}")
     return code
 
 
-def _show(run: DeckRun, *, compare: bool = False) -> int:
+def _show(run: front.DeckRun, *, compare: bool = False) -> int:
     for sheet in run.sheets(compare=compare):
         show(sheet)
     return OK if run.converged and run.finished else NOT_CONVERGED

@@ -17,12 +17,12 @@ from atomistic.lammps.crystal_wall import OWN
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
-from atomistic.relax.deckrun import DeckRun, read_run
+from atomistic.relax.certify import DeckCertificate, certify_deck
+from atomistic.relax.deckrun import ContinuumStep, DeckSteps
 from atomistic.relax.decks import deck_input, deck_of, deck_units, parts_of, parts_under, steps_in_units
-from atomistic.response.discreteness import Discreteness, discreteness
-from atomistic.response.lattice import LatticeResponse
+from atomistic.response.lattice import Discreteness, LatticeResponse, discreteness
 from atomistic.response.material import model_of
-from continuum.arguments import ArgumentError, choice, count, file_name, function, instance, number, several
+from continuum.arguments import ArgumentError, choice, count, file_name, flag, function, instance, number, several
 from continuum.files.inputs import load
 from continuum.files.toml import Source, find
 from continuum.front.contact import Contact
@@ -55,7 +55,7 @@ class Elastic:
 
     def plot(self, folder: str | Path, name: str) -> list[Path]:
         """Draw its figures into a folder, under names that begin with ``name``; returns the PNG files."""
-        from atomistic.show.figures import draw_contact_modulus, draw_discreteness
+        from atomistic.show.crystal import draw_contact_modulus, draw_discreteness
 
         folder = file_name("folder", folder)
         file_name("name", instance("name", name, str, "a text that names of files begin with"))
@@ -243,6 +243,50 @@ def _steps(**given: Any) -> Steps:
     return Steps("mean-pressure", values)
 
 
+class DeckRun(DeckSteps):
+    """Results of a deck run: every finished step, and the last state of the atoms."""
+
+    def _beside(self, compare: bool) -> tuple[ContinuumStep, ...]:
+        return self.compare() if flag("compare", compare) and not self.incomparable else ()
+
+    def sheets(self, *, compare: bool = False) -> list[Sheet]:
+        """Its steps, the last in detail, and the comparison with the continuum, or why there is none."""
+        from atomistic.show.decks import deck_run_sheets
+
+        return deck_run_sheets(self, self._beside(compare), self.incomparable if compare else "")
+
+    def certify(self) -> DeckCertificate:
+        """Check its equilibria and their numbers independently of the run.
+
+        The wall is the law at the heights of the deck, not formulas of LAMMPS; the forces of the crystal come from a
+        new LAMMPS without wall at the final positions.  The lowest eigenvalue of the Hessian tells a minimum from a
+        saddle.
+
+        Raises
+        ------
+        DeckError
+            If it has windows of a motion, which are not equilibria, or its wall depends on the positions of atoms.
+        LammpsError
+            If LAMMPS cannot be loaded.
+        """
+        return certify_deck(self)
+
+    def write(self, folder: str | Path, *, compare: bool = False) -> list[Path]:
+        """Write ``NAME.h5``, its figures and the wall of each step as a mesh; returns HDF5, PNG and VTK files.
+
+        Raises
+        ------
+        ArgumentError, OutputError
+            If it is not the name of a folder, or they cannot be written there.
+        """
+        from atomistic.show.decks import write_run
+
+        return write_run(self, file_name("folder", folder), self._beside(compare))
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+
 def read(directory: str | Path) -> DeckRun:
     """Read the steps of a deck that has been run, and whether they are equilibria.
 
@@ -255,7 +299,7 @@ def read(directory: str | Path) -> DeckRun:
     ArgumentError, DeckError
         If it is not the name of a directory, or has no complete result.
     """
-    return read_run(file_name("directory", directory))
+    return DeckRun.read(file_name("directory", directory))
 
 
 def run_deck(

@@ -118,7 +118,9 @@ def _public(package: str, groups: list[dict[str, Any]]) -> str:
         for name in group["names"]:
             value = getattr(import_module(package), name)
             directive = "autoclass" if isinstance(value, type) else "autofunction" if callable(value) else "autodata"
-            members = "\n:members:" if directive == "autoclass" else ""
+            members = (
+                "\n:members:\n:inherited-members: BaseException, BaseModel, tuple" if directive == "autoclass" else ""
+            )
             text = f".. {directive}:: {package}.{name}{_indented(members)}"
             lines += [f"### {name}", "", f"```{{eval-rst}}\n{text}\n```", ""]
     return "\n".join(lines)

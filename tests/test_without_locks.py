@@ -29,7 +29,7 @@ int flock(int descriptor, int operation) { errno = atoi(getenv("FLOCK_ERRNO")); 
 PROGRAM = """
 import json, os, sys
 from pathlib import Path
-from atomistic.lammps.lock import hold
+from atomistic.lammps.directory import hold
 from continuum.errors import OutputError
 from continuum.files.output import reserved
 

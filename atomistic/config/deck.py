@@ -117,17 +117,12 @@ class MeanPressuresTable(ProtocolTable):
         return Steps("mean-pressure", self.pressures)
 
 
-class _ProtocolOnly(Document):
-    """The table [protocol] alone."""
+class _Parts(Document):
+    """Tables of an input that arguments of a call may be."""
 
-    protocol: ProtocolTable
+    protocol: ProtocolTable | None = None
     """the protocol"""
-
-
-class _CrystalOnly(Document):
-    """The table [wall_crystal] alone."""
-
-    wall_crystal: WallCrystal
+    wall_crystal: WallCrystal = OWN
     """the crystal of a wall of atoms"""
 
 
@@ -137,8 +132,9 @@ def steps_of(protocol: Mapping[str, Any]) -> Steps:
     Raises ConfigError with all faults of the table.
     """
     plain = {name: v.tolist() if isinstance(v, np.ndarray | np.generic) else v for name, v in protocol.items()}
-    source = Source(Path("protocol"), "", {"protocol": plain}, {})
-    return parsed(source, _ProtocolOnly).protocol.steps()
+    table = parsed(Source(Path("protocol"), "", {"protocol": plain}, {}), _Parts).protocol
+    assert table is not None
+    return table.steps()
 
 
 def crystal_of(given: Mapping[str, Any]) -> WallCrystal:
@@ -146,7 +142,7 @@ def crystal_of(given: Mapping[str, Any]) -> WallCrystal:
 
     Raises ConfigError with all faults of the table.
     """
-    return parsed(source_of({"wall_crystal": given}, "wall_crystal"), _CrystalOnly).wall_crystal
+    return parsed(source_of({"wall_crystal": given}, "wall_crystal"), _Parts).wall_crystal
 
 
 class DeckConfig(Document):

@@ -3,22 +3,23 @@
 Workers store the result of each path in a file of its own; the validation is these files joined, when all are there.
 """
 
-import operator
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from atomistic.config.validate import ValidateConfig
-from atomistic.ladder.comparison import GEOMETRY, STEPS, PathPlan, PathResult, ValidatedState
-from atomistic.ladder.rungs import RUNGS, Difference, RungName, kinds_of
+from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, ValidatedState
+from atomistic.ladder.rungs import RUNGS, Difference, Rung, RungName, kinds_of
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
 from continuum.files.provenance import journal, provenance
-from continuum.files.store import Dataset
+from continuum.files.store import Dataset, columns
 from continuum.files.tables import identity, resolved
+from continuum.measure.contact import Totals
 from continuum.model.walls import LennardJonesSpline
 
 UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0"}
@@ -60,12 +61,7 @@ def _column(values: Iterable[object], units: str, long_name: str) -> Dataset:
 
 def _about_states(states: States) -> dict[str, Dataset]:
     paths, found = zip(*states, strict=True)
-    about = {
-        column.name: _column((getattr(of, column.name) for of in each), **column.metadata)
-        for kind, each in ((PathPlan, [result.path for result in paths]), (ValidatedState, found))
-        for column in fields(kind)
-        if column.metadata
-    }
+    about = columns([result.path for result in paths], "state") | columns(found, "state")
     return about | {
         "mean_stiffness": _column((result.mean_stiffness for result in paths), "E*/a0", "K_0 of the slab"),
         "points": _column((state.rungs["atoms"].gap.size for state in found), "1", "surface atoms"),
@@ -87,21 +83,17 @@ def _differences(states: States) -> dict[str, Dataset]:
 
 
 def _about_rungs(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset]:
-    columns = {
-        "separation": ("separation", "a0", "height of the wall's zero above the undeformed surface"),
-        "mean_gap": ("mean_gap", "a0", "mean gap"),
-        "area_rep": ("totals.area_rep", "1", "A_rep/A0"),
-        "area_att": ("totals.area_att", "1", "A_att/A0"),
-        "load": ("totals.load", "E*", "N/A0"),
-        "load_rep": ("totals.load_rep", "E*", "N_rep/A0"),
-        "load_att": ("totals.load_att", "E*", "N_att/A0"),
-        "smallest_gap": ("totals.smallest_gap", "a0", "smallest gap"),
+    def dataset(number: Callable[[Rung], float], **about: str) -> Dataset:
+        return Dataset(
+            np.array([[number(s.rungs[rung]) for _, s in states] for rung in rungs]), ("rung", "state"), **about
+        )
+
+    above = "height of the wall's zero above the undeformed surface"
+    found = {
+        "separation": dataset(attrgetter("separation"), units="a0", long_name=above),
+        "mean_gap": dataset(attrgetter("mean_gap"), units="a0", long_name="mean gap"),
+        **{column.name: dataset(attrgetter(f"totals.{column.name}"), **column.metadata) for column in fields(Totals)},
     }
-    found = {}
-    for name, (key, units, what) in columns.items():
-        number = operator.attrgetter(key)
-        values = np.array([[number(s.rungs[rung]) for _, s in states] for rung in rungs])
-        found[name] = Dataset(values, ("rung", "state"), units, what)
     values = np.array([[s.loads_at_area.get(rung, np.nan) for _, s in states] for rung in rungs])
     what = "N/A0 where the repulsive area is that of the lattice; NaN where a rung jumps over it"
     found["load_at_area"] = Dataset(values, ("rung", "state"), "E*", what)

@@ -1,22 +1,61 @@
-"""The LAMMPS deck: a slab under a rigid rough wall, and its protocol, checked before anything is written."""
+"""The LAMMPS deck: a slab under a rigid rough wall, and its protocol, which a stock ``lmp -in in.contact`` runs.
 
-from dataclasses import dataclass, field
+A :class:`Deck` is checked completely, then rendered from ``templates/`` by strict substitution into a self-contained
+directory.  Only numbers formatted here and commands of the interatomic model enter a script, never text from a user.
+"""
+
+import hashlib
+import json
+import re
+import textwrap
+import tomllib
+from collections import ChainMap
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal, get_args
+from typing import BinaryIO, Literal, get_args
 
 import numpy as np
+import scipy
 
-from atomistic.crystal.crystal import Slab
+import continuum
+from atomistic.crystal.crystal import LAYER_SPACING, LOST, Slab
 from atomistic.crystal.model import Model, check_model
-from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal, crystal_wall
-from atomistic.lammps.law import TOLERANCE, native_law
-from atomistic.lammps.protocol import Protocol
+from atomistic.crystal.potentials import POTENTIAL
+from atomistic.lammps import crystal_wall, plugin
+from atomistic.lammps import directory as disk
+from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal
+from atomistic.lammps.language import filled, formatted, listing, read_template
+from atomistic.lammps.law import NO_CORE, TOLERANCE, name_of, native_law, wall_table
+from atomistic.lammps.protocol import Protocol, time_unit
 from atomistic.lammps.shape import Shape, check_shape, misfit
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, instance, number
 from continuum.arguments import field as field_of
+from continuum.errors import OutputError
+from continuum.files.output import folder, save, whole
+from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.model.fourier import Real
-from continuum.model.walls import Wall
+from continuum.model.walls import TabulatedWall, Wall
+
+SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
+INPUTS = (
+    *SCRIPTS, "in.relax", "in.motion", "slab.data", "slab.start", disk.HEIGHTS, "wall.table", "wall.vtk", "deck.json",
+    "stiffness.npy", "input.toml", plugin.SOURCE, plugin.LIBRARY, plugin.MAP, "in.place", crystal_wall.DATA,
+)  # fmt: skip
+"""Files of a deck, of equilibria or of a motion, in addition to those of its interatomic model."""
+_EARLIER = ("crystal.cpp", "crystal.so", "wall.crystal")
+"""Files of decks of earlier versions."""
+_POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
+
+LEAST_VERSION = 20240207, "7 February 2024"
+"""Oldest LAMMPS that runs a deck, as variables need ternary(x,y,z)."""
+_TOO_OLD = f"this_deck_needs_LAMMPS_of_{LEAST_VERSION[1].replace(' ', '_')}_or_later"
+"""An unknown command, with which LAMMPS ends; `quit` would end a Python that it runs in, too."""
+
+_OF_ALL_STEPS = ("in.contact", "README.txt", "wall.vtk")
+"""Texts that name all steps, or only show the wall."""
 
 WallForce = Literal["formulas", "plugin", "atoms"]
 """How a wall acts: by formulas of LAMMPS, a plugin, or the atoms of a rigid crystal."""
@@ -102,8 +141,6 @@ class Deck:
             If it is not the name of a directory, has files other than an earlier deck, or finished steps of another
             deck, or cannot be written to.
         """
-        from atomistic.lammps.directory import write_deck
-
         return write_deck(file_name("directory", directory), self, force=flag("force", force))
 
     def _set_arrays(self) -> None:
@@ -134,7 +171,8 @@ class Deck:
                 )
                 raise ArgumentError("wall_force", self.wall_force, allowed)
             instance("wall_crystal", self.wall_crystal, WallCrystal)
-            crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)  # or what it cannot be is said
+            # If there is no such crystal, the reason is raised.
+            crystal_wall.crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)
         number("wall_tolerance", self.wall_tolerance, above=0)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")
@@ -153,7 +191,7 @@ class Deck:
         """The atoms of the wall; None if it has none."""
         if self.wall_force != "atoms" or self.shape is None:
             return None
-        return crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)
+        return crystal_wall.crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)
 
     @property
     def start(self) -> Real:
@@ -175,3 +213,216 @@ def _set_array(deck: Deck, name: str, values: Real, shape: tuple[int, ...]) -> N
     array = np.array(field_of(name, values, shape))
     array.flags.writeable = False
     object.__setattr__(deck, name, array)
+
+
+def render(deck: Deck) -> dict[str, str]:
+    """Names and texts of the files of a deck, without its atoms."""
+    model, wall, protocol, slab, shape = deck.model, deck.wall, deck.protocol, deck.slab, deck.shape
+    surface_atoms = slab.ids[0].size
+    values: dict[str, object] = {
+        "units": model.units,
+        "length": model.length,
+        "force": model.energy / model.length,
+        "energy": model.energy,
+        "element": model.element,
+        "separation": deck.separation,
+        "tolerance": deck.tolerance,
+        "evaluations": deck.evaluations,
+        "surface": deck.rest[0, 0, 0, 2],
+        "law": native_law(wall, deck.wall_tolerance).lines,
+        "zero_gap": wall.zero_gap,
+        "reach": wall.zero_gap + wall.range,
+        "repulsive": REPULSIVE,
+        "attracted": ATTRACTED,
+        "settings": model.settings(),
+        "interactions": model.interactions(),
+        "surface_atoms": surface_atoms,
+        "mobile_atoms": slab.mobile * surface_atoms,
+        "timestep": model.timestep * time_unit(model),
+        "real_units": _real_units(deck),
+        "atoms": slab.size,
+        "input": "input.toml    the input that this deck is of\n" if deck.source else "",
+        "version": continuum.__version__,
+        "least": LEAST_VERSION[1],
+        "least_version": f'if "$(version) < {LEAST_VERSION[0]}" then "{_TOO_OLD}"',
+        "model": textwrap.fill(model.reference, 118),
+        "notes": "".join(f"{textwrap.fill(''.join(filter(str.isprintable, note)), 118)}\n" for note in deck.notes),
+        "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
+        "package": "that of the pair_style" if model.files else "EXTRA-PAIR",
+        "lost": LOST,
+        "core": NO_CORE,
+        "results": "",
+        "steps": 1,
+        "flags": " ".join(plugin.FLAGS),
+        "old_strings": plugin.OLD_STRINGS,
+        "site": " site d_height" if shape is None else "",
+        "lines": "" if shape is None else "\n".join(shape.lines()),
+    }
+    script, included = ("single", "in.relax") if protocol is None else (protocol.script, protocol.included)
+    kinds = (model.atom_style, "site" if shape is None else "position", included, "formulas", deck.wall_force)
+    chosen = ChainMap(*(tomllib.loads(read_template("words.toml"))[kind] for kind in reversed(kinds)))
+    if protocol is not None:
+        values |= {"results": ".N", "steps": protocol.steps, "separations": listing(protocol.separations)}
+        values |= protocol.placeholders(model, slab.mobile, surface_atoms)
+    texts, crystal = {"wall.table": wall_table(wall, deck.wall_tolerance)}, deck.crystal
+    texts["wall.vtk"] = disk.wall_mesh(deck.heights, deck.separation + float(deck.rest[0, 0, 0, 2]), model.length)
+    if deck.wall_force == "plugin":
+        values["core"] = max(wall.core, NO_CORE)
+        texts |= {plugin.SOURCE: plugin.plugin_source(), plugin.MAP: plugin.wall_map(wall, shape, slab.shape)}
+    if crystal is not None:
+        values["interactions"] = crystal_wall.interactions_beside(model, crystal.strength)
+        at_rest = float(deck.rest[0, 0, 0, 2])
+        texts[crystal_wall.DATA] = crystal_wall.crystal_data(crystal, model, slab.shape, at_rest)
+    values |= {name: filled(text, values) for name, text in chosen.items()}
+    values["acts"] = filled(read_template(f"wall.{deck.wall_force}"), values)
+    names = (*SCRIPTS[1:], included, *(() if crystal is None else ("in.place",)))
+    scripts = {name: filled(read_template(name), values) for name in names}
+    return {"in.contact": filled(read_template(f"contact.{script}"), values)} | scripts | texts
+
+
+def step_keys(deck: Deck, texts: Mapping[str, str]) -> list[str]:
+    """A hash of each step of a deck and of all before it; one for a single equilibrium."""
+    digest = hashlib.sha256("".join(texts[name] for name in sorted({*texts} - {*_OF_ALL_STEPS})).encode())
+    for content in deck.model.files.values():
+        digest.update(content)
+    for array in (deck.heights, deck.start, deck.rest):
+        digest.update(array.tobytes())
+    protocol, keys = deck.protocol, list[str]()
+    for numbers in [(deck.separation,)] if protocol is None else protocol.each_step():
+        digest.update(f"{type(protocol).__name__} {numbers!r}".encode())
+        keys.append(digest.hexdigest()[:16])
+    return keys
+
+
+def _real_units(deck: Deck) -> str:
+    """Load and pressure in SI, if the crystal has a length scale."""
+    real = deck.model.real_units
+    if real is None:
+        return ""
+    newtons, pascals = real.si("force") / scipy.constants.nano, real.si("pressure") / scipy.constants.giga
+    area = deck.slab.ids[0].size
+    return (
+        f'  "load_nN": $(v_load*{formatted(newtons)}:%.17g),\n'
+        f'  "mean_pressure_GPa": $(v_load*{formatted(pascals / area)}:%.17g),\n'
+    )
+
+
+def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
+    """Write a deck into a directory, which is made if needed; returns the directory.
+
+    An earlier deck is replaced.  Its finished steps are kept if the new deck reaches them by the same steps, so that
+    an extended protocol continues; others are removed if ``force``. ``in.contact`` is written last: without it a
+    directory is no deck.
+
+    Raises OutputError or PluginError, and changes nothing, if the directory has other files (which are left alone
+    beside a deck that ``force`` replaces), or finished steps of another deck without ``force``, or a run is under way
+    there, or it cannot be written to; or if the plugin cannot be built.
+    """
+    directory = Path(directory)
+    texts = render(deck)
+    keys = step_keys(deck, texts)
+    texts["deck.json"] = _description(deck, texts, keys)
+    keep = 0
+    if directory.exists():
+        if not directory.is_dir():
+            raise OutputError(f"{directory}: is not a folder; choose another one for the deck")
+        known = {*INPUTS, *_EARLIER, *disk.PARTS, disk.LOCK}
+        foreign = sorted(
+            entry.name
+            for entry in directory.iterdir()
+            if entry.name not in known
+            and not disk.OUTPUTS.fullmatch(entry.name)
+            and not _POTENTIALS.fullmatch(entry.name)
+        )
+        is_deck = (directory / "deck.json").is_file() and (directory / "in.slab").is_file()
+        if foreign and not (force and is_deck):
+            names = ", ".join(foreign[:5])
+            leave = ", or leave them beside the new deck with --force" if is_deck else ""
+            raise OutputError(
+                f"{directory} has files that do not belong to a deck ({names}): choose another directory{leave}"
+            )
+        with suppress(OSError, ValueError):  # without such a file, or where it is damaged
+            there = (directory / "deck.json").read_text(encoding="utf-8")
+            if there == texts["deck.json"] and (directory / "in.contact").is_file():
+                return directory
+        keep = disk.steps_to_keep(directory, keys, force=force)
+    library = plugin.plugin_library() if plugin.SOURCE in texts else None  # before anything there is touched
+    folder(directory)
+    with disk.hold(directory):
+        disk.remove_outputs(directory, keep)
+        (directory / "in.contact").unlink(missing_ok=True)
+        for entry in list(directory.iterdir()):
+            if _POTENTIALS.fullmatch(entry.name) or (entry.name in {*INPUTS, *_EARLIER} and entry.name not in texts):
+                entry.unlink()
+        for name, content in deck.model.files.items():
+            save(directory / name, content, own=True)
+        with whole(directory / "slab.data") as file:
+            _write_data(file, deck)
+        with whole(directory / disk.HEIGHTS) as file:
+            disk.write_atoms(file, deck.slab.ids[0], deck.heights)
+        with whole(directory / "slab.start") as file:
+            for axis in range(3):
+                mobile = slice(0, deck.slab.mobile)
+                disk.write_atoms(file, deck.slab.ids[mobile], deck.start[mobile, ..., axis])
+        if deck.stiffness is not None:
+            with whole(directory / "stiffness.npy") as file:
+                np.save(file, deck.stiffness)
+        if deck.source:
+            save(directory / "input.toml", deck.source, own=True)
+        if library is not None:
+            save(directory / plugin.LIBRARY, library, own=True)
+        for name in reversed(texts):  # in.contact last
+            save(directory / name, texts[name], own=True)
+    return directory
+
+
+def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
+    """``deck.json``: description of the deck for programs; its identity is a hash of all that LAMMPS reads."""
+    digest = hashlib.sha256("".join(texts[name] for name in sorted(texts)).encode())
+    for content in deck.model.files.values():
+        digest.update(content)
+    for array in (deck.heights, deck.start, deck.rest):
+        digest.update(array.tobytes())
+    wall, real, protocol = deck.wall, deck.model.real_units, deck.protocol
+    heights = deck.heights
+    law = name_of(wall)
+    numbers = {} if law == TabulatedWall.__name__ else wall.numbers
+    description = {
+        "format": disk.FORMAT,
+        "identity": digest.hexdigest(),
+        "steps": 0 if protocol is None else protocol.steps,
+        "step_keys": keys,
+        **({} if protocol is None else protocol.about()),
+        "wall": {"law": law, **numbers},
+        "element": deck.model.element,
+        "model": deck.model.reference,
+        "bonded": deck.model.atom_style == "bond",
+        "surface": float(deck.rest[0, 0, 0, 2]),
+        "heights": hashlib.sha256(heights.tobytes()).hexdigest(),
+        "notes": list(deck.notes),
+        "length": deck.model.length,
+        "real_units": None if real is None else asdict(real),
+    }
+    return json.dumps(description, indent=2) + "\n"
+
+
+def _write_data(file: BinaryIO, deck: Deck) -> None:
+    """``slab.data``: the slab at rest."""
+    slab, model = deck.slab, deck.model
+    bonds = model.atom_style == "bond"
+    nx, ny = slab.shape
+    ids = slab.ids.ravel()
+    # Two spacings of room on both sides, and up to the highest point of the wall, to which adhesion may lift an atom:
+    # nothing leaves the box.
+    low = -slab.layers * LAYER_SPACING - 2
+    highest = max(deck.protocol.separations) if deck.protocol else deck.separation
+    high = 2 + max(0.0, highest + float(deck.heights.max()))
+    ends = [formatted(model.length * value) for value in (nx, ny, low, high)]
+    file.write(
+        f"{disk.TITLE.format(nx, ny, slab.mobile, slab.frozen)}\n\n"
+        f"{slab.size} atoms\n1 atom types\n{'1 bond types' if bonds else ''}\n\n"
+        f"0 {ends[0]} xlo xhi\n0 {ends[1]} ylo yhi\n{ends[2]} {ends[3]} zlo zhi\n\n"
+        f"Masses\n\n1 {formatted(model.mass)} # {model.element}\n\nAtoms # {model.atom_style}\n\n".encode()
+    )
+    kind = "%d 1 1" if bonds else "%d 1"  # molecule and type, or type
+    disk.write_rows(file, f"{kind} %.17g %.17g %.17g\n", ids, model.length * deck.rest.reshape(-1, 3))

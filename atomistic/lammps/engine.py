@@ -22,8 +22,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from atomistic.lammps.earlier import finished_steps, remove_outputs
-from atomistic.lammps.lock import hold
+from atomistic.lammps.directory import finished_steps, hold, remove_outputs
 from atomistic.lammps.result import DeckDescription, DeckResult, LammpsError, read_description, read_result, tail
 from continuum.arguments import ArgumentError, instance
 from continuum.files.provenance import version_of

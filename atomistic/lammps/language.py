@@ -1,6 +1,8 @@
-"""Numbers and variables as LAMMPS reads them."""
+"""LAMMPS' language: numbers and variables as it reads them, and the templates of its scripts."""
 
-from collections.abc import Iterable, Sequence
+import string
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
 
 
 def formatted(value: float) -> str:
@@ -23,3 +25,20 @@ def vector(values: Iterable[float]) -> str:
 def atom_variable(name: str, formula: str) -> str:
     """A line that defines an atom-style variable; the formula has no blanks, so that ``${...}`` in it is replaced."""
     return f"variable        {name} atom {formula}"
+
+
+class _Template(string.Template):
+    """Placeholders are @{name}: $ belongs to LAMMPS."""
+
+    delimiter = "@"
+
+
+def read_template(name: str) -> str:
+    """Text of a file in ``templates/``."""
+    return (files("atomistic.lammps") / "templates" / name).read_text(encoding="utf-8")
+
+
+def filled(text: str, values: Mapping[str, object]) -> str:
+    """A template with its placeholders filled, floats with all their digits; raises KeyError if one is unknown."""
+    words = {name: formatted(v) if isinstance(v, float) else str(v) for name, v in values.items()}
+    return _Template(text).substitute(words)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from atomistic.lammps.language import formatted, vector
+from atomistic.lammps.language import filled, read_template, vector
 from continuum.model.fourier import Real
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 from continuum.model.walls.tabulated import TabulatedWall
@@ -60,73 +60,6 @@ def native_law(wall: Wall, tolerance: float = TOLERANCE) -> NativeLaw:
     return LAWS.get(type(wall), _in_pieces)(wall, tolerance)
 
 
-def _filled(template: str, **values: float | str) -> str:
-    """Fill numbers with all their digits into a template."""
-    return template.format(**{name: v if isinstance(v, str) else formatted(v) for name, v in values.items()})
-
-
-_WITH_CORE = """\
-# Below the core, where no equilibrium may lie, the law goes on with constant stiffness.
-variable        core equal {core}    # a0
-variable        core_traction equal {core_traction}
-variable        core_stiffness equal {core_stiffness}
-variable        core_energy equal {core_energy}
-{law}
-variable        below atom "v_gap-v_core"
-variable        core_push atom "v_core_traction-v_core_stiffness*v_below"
-variable        core_push_energy atom "v_core_energy+v_below*(0.5*v_below*v_core_stiffness-v_core_traction)"
-variable        traction atom "{traction}"
-variable        energy atom "{energy}\""""
-
-_SPLINE = """\
-# 9-3 repulsion below a gap of a0, a cubic spline in attraction beyond it.
-variable        k equal {k}    # stiffness at the minimum, E*/a0
-variable        range equal {range}    # of the attraction beyond a0
-variable        work equal {work}    # of adhesion, E* a0
-{attraction}
-variable        push atom "v_k/6.0*(v_gap^(-10)-v_gap^(-4))"
-variable        push_energy atom "v_k/54.0*(v_gap^(-3)-1.0)^2*(v_gap^(-3)+2.0)-v_work\""""
-
-_ATTRACTION = """\
-variable        t atom "(v_gap-1.0)/v_range"
-variable        pull atom "v_k*v_range*(v_t<1.0)*v_t*(1.0-v_t)^2"
-variable        pull_energy atom "(v_t<1.0)*(v_k*v_range^2*v_t^2*(0.5+v_t*(v_t/4.0-2.0/3.0))-v_work)\""""
-
-_NO_ATTRACTION = """\
-variable        pull atom "0.0"
-variable        pull_energy atom "0.0\""""
-
-_INVERSE_POWERS = """\
-# Energy c (gap^-{m}/{m} - gap^-{n}/{n}), not cut off; gaps in a0.
-variable        c equal {c}    # E* a0
-variable        law atom "v_c*(v_gap^(-{m1})-v_gap^(-{n1}))"
-variable        law_energy atom "v_c*(v_gap^(-{m})/{m}.0-v_gap^(-{n})/{n}.0)\""""
-
-_EXPONENTIAL = """\
-# Exponential attraction outside, a harmonic core inside.
-variable        core equal {core}    # no gap is too small
-variable        gamma equal {gamma}    # E* a0
-variable        rho equal {rho}    # a0
-variable        stiffness equal {stiffness}    # of the core, E*/a0
-variable        traction atom \
-"ternary(v_gap<0.0,-v_gamma/v_rho-v_stiffness*v_gap,-v_gamma/v_rho*exp(-v_gap/v_rho))"
-variable        energy atom \
-"ternary(v_gap<0.0,v_gamma*(v_gap/v_rho-1.0)+0.5*v_stiffness*v_gap^2,-v_gamma*exp(-v_gap/v_rho))\""""
-
-_TABLE = """\
-# Cubic pieces of a table, {pieces} of equal length: their beginnings, coefficients of the traction in powers of the
-# distance from there, and energy there.  Each atom looks up those of its piece: zero beyond the last.
-variable        beginning vector "{beginning}"
-{coefficients}
-variable        first_energy vector "{first_energy}"
-variable        piece atom "floor((v_gap-({start}))/{length})+1.0"
-compute         piece surface global/atom v_piece v_beginning v_a0 v_a1 v_a2 v_a3 v_first_energy
-variable        s atom "v_gap-c_piece[1]"
-variable        law atom "c_piece[2]+v_s*(c_piece[3]+v_s*(c_piece[4]+v_s*c_piece[5]))"
-variable        law_energy atom \
-"c_piece[6]-v_s*(c_piece[2]+v_s*(c_piece[3]/2.0+v_s*(c_piece[4]/3.0+v_s*c_piece[5]/4.0)))\""""
-
-
 def _with_core(
     wall: Wall,
     law: str,
@@ -136,16 +69,20 @@ def _with_core(
 ) -> NativeLaw:
     """Add the continuation with constant stiffness below the core to a law."""
     at_core = {f"core_{name}": float(v[0]) for name, v in wall.evaluate(np.array([wall.core]))._asdict().items()}
-    text = _filled(_WITH_CORE, core=wall.core, law=law, traction=traction, energy=energy, **at_core)
-    return NativeLaw(text, error)
+    words = {"core": wall.core, "law": law, "traction": traction, "energy": energy, **at_core}
+    return NativeLaw(_filled("core", **words), error)
+
+
+def _filled(kind: str, **values: object) -> str:
+    return filled(read_template(f"law.{kind}"), values).rstrip()
 
 
 def _spline(wall: LennardJonesSpline, tolerance: float) -> NativeLaw:
-    attraction = _ATTRACTION if wall.range > 0 else _NO_ATTRACTION
-    k, work = wall.minimum_stiffness, wall.work_of_adhesion
+    attraction = _filled("spline-attraction" if wall.range > 0 else "spline-repulsive")
+    words = {"k": wall.minimum_stiffness, "range": wall.range, "work": wall.work_of_adhesion, "attraction": attraction}
     return _with_core(
         wall,
-        _filled(_SPLINE, k=k, range=wall.range, work=work, attraction=attraction),
+        _filled("spline", **words),
         "ternary(v_gap>1.0,-v_pull,ternary(v_gap>v_core,v_push,v_core_push))",
         "ternary(v_gap>1.0,v_pull_energy,ternary(v_gap>v_core,v_push_energy,v_core_push_energy))",
     )
@@ -153,13 +90,13 @@ def _spline(wall: LennardJonesSpline, tolerance: float) -> NativeLaw:
 
 def _inverse_powers(wall: InversePowers, tolerance: float) -> NativeLaw:
     m, n = wall.powers
-    words = {"m": str(m), "n": str(n), "m1": str(m + 1), "n1": str(n + 1)}
-    return _with_core(wall, _filled(_INVERSE_POWERS, c=wall.minimum_stiffness / (m - n), **words))
+    c = wall.minimum_stiffness / (m - n)
+    return _with_core(wall, _filled("inverse-powers", c=c, m=m, n=n, m1=m + 1, n1=n + 1))
 
 
 def _exponential(wall: Exponential, tolerance: float) -> NativeLaw:
     gamma, rho, stiffness = wall.surface_energy, wall.decay_length, wall.core_stiffness
-    return NativeLaw(_filled(_EXPONENTIAL, core=NO_CORE, gamma=gamma, rho=rho, stiffness=stiffness))
+    return NativeLaw(_filled("exponential", core=NO_CORE, gamma=gamma, rho=rho, stiffness=stiffness))
 
 
 def _table(wall: TabulatedWall, tolerance: float) -> NativeLaw:
@@ -168,13 +105,13 @@ def _table(wall: TabulatedWall, tolerance: float) -> NativeLaw:
     x, c = pieces.x, pieces.c
     energy = -pieces.antiderivative()(x)
     text = _filled(
-        _TABLE,
-        pieces=str(c.shape[1]),
+        "table",
+        pieces=c.shape[1],
         beginning=vector(x[:-1]),
         coefficients="\n".join(f'variable        a{i} vector "{vector(c[3 - i])}"' for i in range(4)),
         first_energy=vector(energy[:-1] - energy[-1]),
-        start=float(x[0]),
-        length=float((x[-1] - x[0]) / c.shape[1]),
+        start=x[0],
+        length=(x[-1] - x[0]) / c.shape[1],
     )
     return _with_core(wall, text, error=error)
 

@@ -12,17 +12,19 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 
 from atomistic.crystal.model import Model
-from atomistic.lammps.language import formatted, listing
-from continuum.arguments import ArgumentError, count, number, several
+from atomistic.lammps.language import filled, formatted, listing, read_template
 from continuum.model.walls import Wall
 
-_MOST_STEPS = 100_000
 LOAD_TOLERANCE = 1e-6
 """Tolerance of the load at a given mean pressure, relative to it."""
 
 
 class Protocol:
-    """The steps of a deck instead of one equilibrium, and the script that runs them."""
+    """The steps of a deck instead of one equilibrium, and the script that runs them.
+
+    Its numbers are those of a table [protocol] (:mod:`atomistic.config.motion`), which has their bounds, and of the
+    lattice solution.
+    """
 
     script: ClassVar[str]
     """Name of its template, ``templates/contact.SCRIPT``."""
@@ -66,15 +68,10 @@ class Separations(Protocol):
     Parameters
     ----------
     separations : heights of the wall's zero above the surface at rest, in a0, in order.
-
-    Raises ArgumentError if there is none, or one is not a finite number.
     """
 
     script = "separations"
     separations: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        _keep_numbers(self, "separations")
 
 
 @dataclass(frozen=True)
@@ -86,22 +83,12 @@ class MeanPressures(Protocol):
     pressures : load over A0, in E*, compression positive; not zero.
     separations : separation at the start of the search for each, in a0.
     stiffness : of the slab as a whole, mean pressure per displacement of its surface, in E*/a0: the first move.
-
-    Raises ArgumentError if a number is not allowed, or the number of separations differs from that of pressures.
     """
 
     script = "pressures"
     pressures: tuple[float, ...]
     separations: tuple[float, ...]
     stiffness: float
-
-    def __post_init__(self) -> None:
-        _keep_numbers(self, "pressures", "separations")
-        if len(self.pressures) != len(self.separations):
-            raise ArgumentError("separations", self.separations, f"one for each of {len(self.pressures)} pressures")
-        if 0 in self.pressures:
-            raise ArgumentError("pressures", self.pressures, "other than zero: the tolerance is relative")
-        number("stiffness", self.stiffness, above=0)
 
     def from_separation(self, separation: float) -> Self:
         return replace(self, separations=(separation,) * self.steps)
@@ -116,12 +103,6 @@ class MeanPressures(Protocol):
             "stiffness": formatted(self.stiffness * surface_atoms),
             "largest_move": "0.2",
         }
-
-
-def _keep_numbers(protocol: Protocol, *names: str, **bounds: float) -> None:
-    """Check lists of finite numbers, and keep them as tuples."""
-    for name in names:
-        object.__setattr__(protocol, name, several(name, getattr(protocol, name), longest=_MOST_STEPS, **bounds))
 
 
 AVERAGES = {
@@ -156,26 +137,6 @@ _OTHER_SEED = 5003
 """Added to the seed of the thermostat, it is that of the noise of the wall."""
 BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
 """LAMMPS' own, in its units."""
-
-
-_UNDER_LOAD = """\
-# The wall keeps the mean pressure {pressure} E*: it has no mass and moves up at (load - wanted + noise)/drag.
-# Its height is that at the end of the window before and the way made since, by the sum of this push.
-variable        lifted delete
-if "${{step}} > 1" then "variable lifted file height.$(v_before:%.0f).txt" else "variable lifted string ${{from}}"
-variable        wanted equal {load}    # E* a0^2
-variable        separation equal ${{lifted}}+{rate}*${{dt}}*f_follow[3]"""
-_FOLLOW = """\
-# The noise of the wall's drag: random forces of a Langevin thermostat on the base, which does not move and has that
-# drag as a whole.  In a time step dt their sum has the variance 2 k_B T drag/dt: the wall is a bath at T, not at 0.
-fix             noise base langevin {temperature} {temperature} $(count(base)*{damping}) $({seed}+10007*v_step:%.0f)
-compute         noise base reduce sum fz
-variable        pushed equal f_follow[3]+c_load-v_wanted+c_noise/v_force_unit
-# What the wall takes from atoms and weight: the load that is too much times its way up, by the trapezoidal rule.
-variable        taken equal f_follow[4]+(step>0)*(0.5*(c_load+f_follow[1])-v_wanted)*(v_separation-f_follow[2])
-# Load and height of the step before and both sums, for the lines above; the last fix, as the wall moves with it.
-fix             follow all ave/time 1 1 1 c_load v_separation v_pushed v_taken
-"""
 
 
 def time_unit(model: Model) -> float:
@@ -245,8 +206,6 @@ class Motion(Protocol):
     hold_damping : time constant in these windows; ``damping`` if None.
     pressure : constant mean pressure of the wall, in E*, compression positive; the wall starts at the first
         separation, and its velocity follows from the :func:`impedance` of the crystal; None for given separations.
-
-    Raises ArgumentError if a number is not allowed, or there is not one separation and offset more than windows.
     """
 
     script, included = "motion", "in.motion"
@@ -262,23 +221,6 @@ class Motion(Protocol):
     hold: int = 0
     hold_damping: float | None = None
     pressure: float | None = None
-
-    def __post_init__(self) -> None:
-        _keep_numbers(self, "separations", "offsets")
-        _keep_numbers(self, "durations", above=0)
-        if not len(self.separations) == len(self.offsets) == len(self.durations) + 1:
-            one_more = f"one separation and one offset more than the {len(self.durations)} windows"
-            raise ArgumentError("durations", self.durations, one_more)
-        number("temperature", self.temperature, least=0)
-        number("damping", self.damping, above=0)
-        number("timestep", self.timestep, above=0)
-        count("layers", self.layers)
-        count("seed", self.seed, most=1_000_000)
-        count("hold", self.hold, 0)
-        if self.hold_damping is not None:
-            number("hold_damping", self.hold_damping, above=0)
-        if self.pressure is not None:
-            number("pressure", self.pressure)
 
     @property
     def steps(self) -> int:
@@ -375,16 +317,19 @@ class Motion(Protocol):
                 "follow": "", "unfollow": "", "height_left": "",
                 "here": "v_separation", "taken": "0.0", "work_up": "-v_mean_load*(v_to-v_from)",
             }  # fmt: skip
-        drag, load = impedance(model) * surface_atoms, formatted(self.pressure * surface_atoms)
-        time, kelvin = time_unit(model), formatted(self.temperature * model.energy / BOLTZMANN[model.units])
+        drag, time = impedance(model) * surface_atoms, time_unit(model)
+        values = {
+            "rate": 1 / (drag * time),
+            "load": self.pressure * surface_atoms,
+            "pressure": f"{self.pressure:.6g}",
+            "temperature": self.temperature * model.energy / BOLTZMANN[model.units],
+            "damping": time
+            / drag,  # the drag m/damping of each atom of the base is that of the wall, divided among them
+            "seed": self.seed + _OTHER_SEED,
+        }
         return {
-            "height_of_wall": _UNDER_LOAD.format(
-                rate=formatted(1 / (drag * time)), load=load, pressure=f"{self.pressure:.6g}"
-            ),
-            # The drag m/damping of each atom of the base is that of the wall, divided among them.
-            "follow": _FOLLOW.format(
-                temperature=kelvin, damping=formatted(time / drag), seed=f"{self.seed + _OTHER_SEED:d}"
-            ),
+            "height_of_wall": filled(read_template("height.load"), values).rstrip(),
+            "follow": filled(read_template("follow.load"), values),
             "unfollow": "unfix           follow\nunfix           noise\n",
             "height_left": 'print           "${here}" file height${mark}.txt\n',
             "here": "f_follow[2]", "taken": "f_follow[4]", "work_up": "-v_wanted*(f_follow[2]-v_lifted)-f_follow[4]",

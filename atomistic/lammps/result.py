@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.crystal.crystal import Slab, distortion, slipped
-from atomistic.lammps.directory import FORMAT, read_slab
-from atomistic.lammps.earlier import finished_steps
+from atomistic.lammps.directory import FORMAT, finished_steps, read_slab
 from atomistic.lammps.protocol import ENERGIES, LOAD_TOLERANCE
 from continuum.errors import InputError, StickinessError
 from continuum.measure.contact import quantity

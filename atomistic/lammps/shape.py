@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 import scipy
 
-from atomistic.lammps.language import atom_variable, formatted, vector
+from atomistic.lammps.language import atom_variable, filled, formatted, read_template, vector
 from continuum.arguments import ArgumentError, count, flag, pair
 from continuum.arguments import number as number_of
 from continuum.model.fourier import Real
@@ -210,33 +210,10 @@ class HeightSpline:
         return found
 
     def lines(self) -> list[str]:
-        nx, ny = self.heights.shape
-        cells = self.cells
-        names = [(m, n) for m in range(4) for n in range(4)]
-        found = [f'variable        a{m}{n} vector "{vector(cells[m, n].ravel())}"' for m, n in names]
-
-        def along_y(m: int, slope: bool = False) -> str:
-            a = [f"c_cell[{4 * m + n + 1}]" for n in range(4)]
-            if slope:
-                return f"{a[1]}+v_sy*(2.0*{a[2]}+v_sy*3.0*{a[3]})"
-            return f"{a[0]}+v_sy*({a[1]}+v_sy*({a[2]}+v_sy*{a[3]}))"
-
-        def along_x(a: list[str]) -> str:
-            return f"{a[0]}+v_sx*({a[1]}+v_sx*({a[2]}+v_sx*({a[3]})))"
-
-        ways = [along_y(m) for m in range(4)]
-        return [
-            *found,
-            atom_variable("ix", "floor(v_px)"),
-            atom_variable("iy", "floor(v_py)"),
-            atom_variable("cell", f"(v_ix-{nx}*floor(v_ix/{nx}))*{ny}+v_iy-{ny}*floor(v_iy/{ny})+1"),
-            f"compute         cell surface global/atom v_cell {' '.join(f'v_a{m}{n}' for m, n in names)}",
-            atom_variable("sx", "v_px-v_ix"),
-            atom_variable("sy", "v_py-v_iy"),
-            atom_variable("height", along_x(ways)),
-            atom_variable("slope_x", f"{ways[1]}+v_sx*(2.0*({ways[2]})+v_sx*3.0*({ways[3]}))"),
-            atom_variable("slope_y", along_x([along_y(m, slope=True) for m in range(4)])),
-        ]
+        (nx, ny), cells = self.heights.shape, self.cells
+        vectors = [f'variable        a{m}{n} vector "{vector(cells[m, n].ravel())}"' for m, n in np.ndindex(4, 4)]
+        text = filled(read_template("shape.spline"), {"coefficients": "\n".join(vectors), "nx": nx, "ny": ny})
+        return [text.rstrip()]
 
     @cached_property
     def error(self) -> tuple[float, float]:
@@ -353,33 +330,3 @@ def misfit(shape: Shape, heights: Real) -> float:
     x, y = np.meshgrid(*(np.arange(n, dtype=np.float64) for n in heights.shape), indexing="ij")
     apart = float(np.abs(shape.evaluate(x, y).height - heights).max())
     return 0.0 if apart <= 1e-9 * (1 + float(np.ptp(heights))) else apart
-
-
-def force_lines(shape: Shape | None) -> dict[str, str]:
-    """Placeholders of a script for the position and action of a wall; None is a wall of the lattice site."""
-    if shape is None:
-        return _SITE
-    lines = shape.lines()
-    act = [
-        f"variable        lateral_{name} atom v_traction*v_slope_{name}    # of the wall on an atom, E* a0^2"
-        for name in "xy"
-    ]
-    act += [f"variable        force_{name} atom v_lateral_{name}*${{force_unit}}" for name in "xy"]
-    act.append("fix             wall surface addforce v_force_x v_force_y v_force energy v_work_done")
-    values = {
-        "act": "\n".join(act),
-        "follows": "# The wall is a function of the position: its force is lateral, too.",
-    }
-    axes = [atom_variable(f"p{name}", f"{name}/${{length_unit}}-v_offset_{name}") for name in "xy"]
-    about = "# v_height: of the wall above where an atom is now, in a0, with its slopes."
-    return values | {"shape": "\n".join([about, *axes, *lines]), "height": "v_height"}
-
-
-_SITE = {
-    "follows": "# The wall is a function of the lattice site: what stands above an atom does not change as it moves "
-    "sideways.",
-    "shape": "# d_height: of the wall above the lattice site of each atom, in a0, from wall.heights.",
-    "height": "d_height",
-    "act": "variable        lateral_x atom 0.0\nvariable        lateral_y atom 0.0\n"
-    "fix             wall surface addforce 0 0 v_force energy v_work_done",
-}

@@ -14,10 +14,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from atomistic.lammps.earlier import finished_steps
+from atomistic.lammps.directory import finished_steps
 from atomistic.lammps.result import DeckError, DeckResult, read_result
 from atomistic.lammps.session import Session
-from atomistic.relax.deckrun import DeckRun
+from atomistic.relax.deckrun import DeckSteps
 from continuum.measure.certificate import Check, Examination, minimum
 from continuum.measure.contact import ATTRACTED, REPULSIVE, contact_map
 from continuum.model.eigenvalue import Lowest, lowest_eigenvalue
@@ -94,7 +94,7 @@ class DeckCertificate:
         return Sheet.of(title, columns, rows, "\n".join(f"not looked at: {one}" for one in self.unconverged))
 
 
-def certify_deck(run: DeckRun) -> DeckCertificate:
+def certify_deck(run: DeckSteps) -> DeckCertificate:
     """Check each equilibrium of a deck run.
 
     Raises DeckError if it has windows of a motion, or its wall is not a function of the lattice site; LammpsError if

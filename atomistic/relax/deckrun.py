@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.lammps.directory import read_heights, read_wall
-from atomistic.lammps.earlier import finished_steps
+from atomistic.lammps.directory import finished_steps, read_heights, read_wall
 from atomistic.lammps.protocol import AVERAGES, ENERGIES, LOAD_TOLERANCE
 from atomistic.lammps.result import (
     FORCES,
@@ -23,13 +22,13 @@ from atomistic.lammps.result import (
     read_result,
 )
 from atomistic.relax.windows import EnergyBalance, WindowMean, errors_of_one_state
-from continuum.arguments import choice, file_name, flag
+from continuum.arguments import choice
 from continuum.arguments import field as map_of
 from continuum.files import store
 from continuum.files.output import folder
 from continuum.files.provenance import provenance
-from continuum.files.store import Dataset
-from continuum.measure.contact import contact_map, quantity, totals_of
+from continuum.files.store import Dataset, columns
+from continuum.measure.contact import Totals, contact_map, quantity, totals_of
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Substrate, TabulatedSubstrate
@@ -38,15 +37,11 @@ from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import Settings
 
-if TYPE_CHECKING:
-    from atomistic.relax.certify import DeckCertificate
-    from continuum.sheet import Sheet
-
 SCHEMA, VERSION = "stickiness/deck-run", 2
 
 
-@dataclass(frozen=True)
-class DeckStep:
+@dataclass(frozen=True, kw_only=True)
+class DeckStep(Totals):
     """One equilibrium of a run, or the means of one time window of a motion, with their standard errors.
 
     Names and units are those of a continuum run.  The total energy excludes kinetic energy; an equilibrium has no
@@ -57,14 +52,8 @@ class DeckStep:
     offset_x: float = quantity("a0", "of the wall along x")
     offset_y: float = quantity("a0", "of the wall along y")
     mean_gap: float = quantity("a0", "mean gap")
-    load: float = quantity("E*", "N/A0, compression positive")
-    load_rep: float = quantity("E*", "N_rep/A0")
-    load_att: float = quantity("E*", "N_att/A0")
     lateral_x: float = quantity("E*", "force of the wall on the atoms along x over A0")
     lateral_y: float = quantity("E*", "force of the wall on the atoms along y over A0")
-    area_rep: float = quantity("1", "A_rep/A0")
-    area_att: float = quantity("1", "A_att/A0")
-    wall_energy: float = quantity("E* a0", "energy of the wall per area")
     total_energy: float = quantity("E* a0", "energy of atoms and wall per area")
     temperature: float = quantity("E* a0^3", "k_B T of the mobile atoms")
     separation_error: float = quantity("a0", "standard error of the separation")
@@ -80,7 +69,6 @@ class DeckStep:
     taken_by_wall: float = quantity("E* a0", "energy over A0 that a wall took beyond the work of the load it keeps")
     heat: float = quantity("E* a0", "heat from the thermostat over A0")
     inner_energy: float = quantity("E* a0", "energy of atoms and wall over A0 at the end, with their motion")
-    smallest_gap: float = quantity("a0", "smallest gap")
     largest_force: float = quantity("E* a0^2", "largest force left on an atom")
     evaluations: int = quantity("1", "evaluations of the forces")
     slipped: int = quantity("1", "atoms with other nearest neighbours than before")
@@ -111,22 +99,17 @@ class DeckStep:
         )
 
 
-@dataclass(frozen=True)
-class ContinuumStep:
+@dataclass(frozen=True, kw_only=True)
+class ContinuumStep(Totals):
     """The continuum at the mean gap of a step: the same wall on the linear response of the slab at rest."""
 
-    load: float
-    """N/A0, in E*."""
-    area_rep: float
-    area_att: float
-    same: float
-    """Part of the points with the same contact (repulsive, attracted or none) as the atoms."""
+    same: float = quantity("1", "points with the same contact (repulsive, attracted or none) as the atoms")
     converged: bool
 
 
 @dataclass(frozen=True, eq=False)
-class DeckRun:
-    """Results of a deck run: every finished step, and the last state of the atoms."""
+class DeckSteps:
+    """Numbers of a deck run: every finished step, and the last state of the atoms."""
 
     directory: Path
     description: DeckDescription = field(repr=False)
@@ -142,6 +125,42 @@ class DeckRun:
     """Atoms below each site, its own included, with other nearest neighbours than before, shape (steps, nx, ny)."""
     stiffness: Real | None = field(default=None, repr=False)
     """K_q of the slab at rest, in E*/a0, for the continuum; an isotropic half-space of nu = 1/2 if None."""
+
+    @classmethod
+    def read(cls, directory: Path) -> Self:
+        """Every finished step of a run.
+
+        Raises
+        ------
+        DeckError
+            If there is none, or one is damaged.
+        """
+        description = read_description(directory)
+        steps, gaps, slips = [], [], []
+        result = None
+        for step in finished_steps(directory):
+            result = read_result(directory, step)
+            steps.append(DeckStep.of(result))
+            gaps.append(result.gap)
+            slips.append(np.count_nonzero(result.slipped, axis=0))
+        last = result or read_result(directory)  # which raises the reason
+        try:
+            wall, heights = read_wall(directory), read_heights(directory / "slab.data")
+            path = directory / "stiffness.npy"
+            stiffness = map_of("stiffness", np.load(path), last.slab.grid.shape_q) if path.is_file() else None
+        except (OSError, ValueError, TypeError, KeyError, AttributeError, EOFError) as error:
+            raise DeckError(f"the deck in {directory} is damaged: {error}; write it again") from error
+        # All windows after hold are at one temperature, and heat flows slowly through the layers of the thermostat.
+        warm = steps[description.hold :]
+        errors = errors_of_one_state(
+            *(np.array([getattr(step, f"temperature{e}") for step in warm]) for e in ("", "_error"))
+        )
+        steps[description.hold :] = [
+            replace(step, temperature_error=float(e)) for step, e in zip(warm, errors, strict=True)
+        ]
+        return cls(
+            directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips), stiffness
+        )
 
     @property
     def expected(self) -> int:
@@ -259,47 +278,6 @@ class DeckRun:
             raise DeckError(f"{self.directory}: {self.incomparable}")
         return self._continuum
 
-    def sheets(self, *, compare: bool = False) -> list[Sheet]:
-        """Its steps, the last in detail, and the comparison with the continuum, or why there is none."""
-        from atomistic.show.decks import deck_run_sheets
-
-        beside = self._continuum if flag("compare", compare) and not self.incomparable else ()
-        return deck_run_sheets(self, beside, self.incomparable if compare else "")
-
-    def certify(self) -> DeckCertificate:
-        """Check its equilibria and their numbers independently of the run.
-
-        The wall is the law at the heights of the deck, not formulas of LAMMPS; the forces of the crystal come from a
-        new LAMMPS without wall at the final positions.  The lowest eigenvalue of the Hessian tells a minimum from a
-        saddle.
-
-        Raises
-        ------
-        DeckError
-            If it has windows of a motion, which are not equilibria, or its wall depends on the positions of atoms.
-        LammpsError
-            If LAMMPS cannot be loaded.
-        """
-        from atomistic.relax.certify import certify_deck
-
-        return certify_deck(self)
-
-    def write(self, folder: str | Path, *, compare: bool = False) -> list[Path]:
-        """Write ``NAME.h5``, its figures and the wall of each step as a mesh; returns HDF5, PNG and VTK files.
-
-        Raises
-        ------
-        ArgumentError, OutputError
-            If it is not the name of a folder, or they cannot be written there.
-        """
-        from atomistic.show.decks import write_run
-
-        beside = self._continuum if flag("compare", compare) and not self.incomparable else ()
-        return write_run(self, file_name("folder", folder), beside)
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
-
     @cached_property
     def _continuum(self) -> tuple[ContinuumStep, ...]:
         slab, heights = self.last.slab, self.heights
@@ -313,7 +291,7 @@ class DeckRun:
         for state, gap in zip(states, self.gaps, strict=True):
             totals = totals_of(slab.grid, self.wall, state.gap)
             same = float(np.mean(contact_map(self.wall, state.gap) == contact_map(self.wall, gap)))
-            found.append(ContinuumStep(totals.load, totals.area_rep, totals.area_att, same, state.status.ok))
+            found.append(ContinuumStep(**vars(totals), same=same, converged=state.status.ok))
         return tuple(found)
 
     def store(self, path: Path, beside: tuple[ContinuumStep, ...] = ()) -> Path:
@@ -326,12 +304,7 @@ class DeckRun:
         """
         folder(path.parent)
         store.earlier(path, SCHEMA, VERSION, self.description.identity, force=True)
-        datasets = {
-            column.name: Dataset(
-                np.array([getattr(step, column.name) for step in self.steps]), ("step",), **column.metadata
-            )
-            for column in fields(DeckStep)
-        }
+        datasets = columns(self.steps, "step")
         datasets["step"] = Dataset(np.arange(1, len(self.steps) + 1), ("step",), "1", "step of the protocol")
         datasets["gap"] = Dataset(self.gaps, ("step", "x", "y"), "a0", "gap at each surface atom")
         kinds = np.array([contact_map(self.wall, gap) for gap in self.gaps], dtype=np.uint8)
@@ -340,10 +313,8 @@ class DeckRun:
             self.slips, ("step", "x", "y"), "1", "atoms below each site with other neighbours"
         )
         datasets["height"] = Dataset(self.heights, ("x", "y"), "a0", "of the wall above each lattice site")
-        for name, unit in (("load", "E*"), ("area_rep", "1"), ("area_att", "1"), ("same", "1")):
-            if beside:
-                values = np.array([getattr(step, name) for step in beside])
-                datasets[f"continuum/{name}"] = Dataset(values, ("step",), unit, f"{name}, at the same mean gap")
+        if beside:
+            datasets |= {f"continuum/{name}": column for name, column in columns(beside, "step").items()}
         real = self.description.real_units
         sizes = {} if real is None else {f"real_units/{name}": value for name, value in asdict(real).items() if value}
         attributes = {
@@ -360,37 +331,3 @@ class DeckRun:
         }
         store.write(path, datasets, attributes)
         return path
-
-
-def read_run(directory: Path) -> DeckRun:
-    """Every finished step of a run.
-
-    Raises DeckError if there is none, or one is damaged.
-    """
-    directory = Path(directory)
-    description = read_description(directory)
-    steps, gaps, slips = [], [], []
-    result = None
-    for step in finished_steps(directory):
-        result = read_result(directory, step)
-        steps.append(DeckStep.of(result))
-        gaps.append(result.gap)
-        slips.append(np.count_nonzero(result.slipped, axis=0))
-    last = result or read_result(directory)  # which raises the reason
-    try:
-        wall, heights = read_wall(directory), read_heights(directory / "slab.data")
-        path = directory / "stiffness.npy"
-        stiffness = map_of("stiffness", np.load(path), last.slab.grid.shape_q) if path.is_file() else None
-    except (OSError, ValueError, TypeError, KeyError, AttributeError, EOFError) as error:
-        raise DeckError(f"the deck in {directory} is damaged: {error}; write it again") from error
-    # All windows after hold are at one temperature, and heat flows slowly through the layers of the thermostat.
-    warm = steps[description.hold :]
-    errors = errors_of_one_state(
-        *(np.array([getattr(step, f"temperature{e}") for step in warm]) for e in ("", "_error"))
-    )
-    steps[description.hold :] = [
-        replace(step, temperature_error=float(e)) for step, e in zip(warm, errors, strict=True)
-    ]
-    return DeckRun(
-        directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips), stiffness
-    )

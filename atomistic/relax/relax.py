@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.result import DeckResult, LammpsError
 from atomistic.lammps.session import Session
@@ -47,7 +46,7 @@ def relax(
     Parameters
     ----------
     deck : the deck, which starts from ``deck.displacements``.
-    directory : directory of the deck; see :func:`atomistic.lammps.directory.write_deck`.
+    directory : directory of the deck; see :func:`atomistic.lammps.deck.write_deck`.
     response : response of the slab, with which the start is first brought to equilibrium (:func:`iterate`); None
         leaves all to the deck.
     run : function that runs the deck: :func:`~atomistic.lammps.engine.run_in_process`, or

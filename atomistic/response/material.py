@@ -4,6 +4,8 @@ All is measured on two atoms in a periodic box along <110>, <110> and <001>, who
 constants: an fcc crystal is a Bravais lattice, so that its atoms follow the strain and nothing relaxes.
 """
 
+import json
+
 import numpy as np
 import scipy
 
@@ -43,12 +45,23 @@ Stackings of the same planes may differ by less: Lennard-Jones cut at 2.5 σ (sm
 """
 
 
+_MEASURED: dict[str, Crystal] = {}
+"""Crystals by all that determines them."""
+
+
 def model_of(potential: Potential) -> Model:
     """Any potential as a model; springs and measured models are returned unchanged.
 
+    A crystal is measured once in a process: an input is read for its units, then for its deck.
+
     Raises PotentialError if its crystal is not a stable fcc one; LammpsError if LAMMPS fails.
     """
-    return potential if is_model(potential) else CrystalModel(potential, measure_crystal(potential))
+    if is_model(potential):
+        return potential
+    key = json.dumps([dict(potential.identity), potential.guess], sort_keys=True)
+    if key not in _MEASURED:
+        _MEASURED[key] = measure_crystal(potential)
+    return CrystalModel(potential, _MEASURED[key])
 
 
 def measure_crystal(potential: Potential) -> Crystal:

@@ -1,13 +1,15 @@
-"""Sheets of a measured crystal: its constants, and the convergence of its lattice to the continuum."""
+"""Sheets and figures of a measured crystal: its constants, and the convergence of its lattice to the continuum."""
+
+from pathlib import Path
 
 import numpy as np
 
 from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.model import ContactModulus, Model, measured
-from atomistic.response.discreteness import Discreteness
 from atomistic.response.force_constants import relaxation
-from atomistic.response.lattice import LatticeResponse
+from atomistic.response.lattice import Discreteness, LatticeResponse
 from continuum.sheet import Column, Entry, Sheet, pairs
+from continuum.show import plot
 from continuum.units import GPA_PER_EV_PER_A3
 
 _RELAXED = 40
@@ -77,3 +79,48 @@ def lattice_sheet(response: LatticeResponse, found: Discreteness) -> Sheet:
     )
     note = "difference: K_lattice/K_continuum - 1 in the worst direction, by wavelength"
     return pairs(title, rows, note)
+
+
+@plot.styled
+def draw_contact_modulus(modulus: ContactModulus, stem: Path, title: str) -> Path:
+    """E*(100) over its mean, against the direction of the wavevector; returns the PNG file."""
+    figure, axis = plot.new_axes(plot.COLUMN, 2.6)
+    relative = modulus.values / modulus.mean
+    axis.plot(np.degrees(modulus.angles), relative, color=plot.SERIES[0])
+    axis.axhline(1, color="0.6", linewidth=0.8, linestyle="--")
+    axis.set_xticks([0, 22.5, 45, 67.5, 90], ["0°\n[100]", "22.5°", "45°\n[110]", "67.5°", "90°\n[010]"])
+    axis.set(
+        xlim=(0, 90),
+        xlabel="direction of the wavevector in the (100) surface",
+        ylabel=r"$E^*(\theta)\,/\,E^*$",
+        title=f"{title}: {relative.min():.4f} to {relative.max():.4f} of the mean",
+    )
+    return plot.save_figure(figure, stem)
+
+
+@plot.styled
+def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
+    """Stiffness of lattice against continuum over q, all waves and the two limits; returns the PNG file."""
+    figure, axis = plot.new_axes(plot.COLUMN, 2.8)
+    q = 2 * np.pi / found.wavelength
+    # 0 along <110>, 1 along <100>.
+    rotation = (1 - np.cos(4 * found.angle)) / 2
+    for low, high, colour, label in ((0.0, 0.1, plot.SERIES[0], "[110]"), (0.9, 1.0, plot.SERIES[5], "[100]")):
+        near = (rotation >= low) & (rotation <= high)
+        axis.plot(q[near], 100 * found.difference[near], ".", color=colour, markersize=2.5, label=f"near {label}")
+    between = (rotation > 0.1) & (rotation < 0.9)
+    axis.plot(q[between], 100 * found.difference[between], ".", color="0.8", markersize=1, zorder=0, label="between")
+    limit = np.array([0, 0.8])
+    for slope, colour in ((found.along_110, plot.SERIES[0]), (found.along_100, plot.SERIES[5])):
+        axis.plot(limit, 100 * slope * limit, "-", color=colour, linewidth=1)
+    axis.axhline(0, color="0.6", linewidth=0.8)
+    axis.set(
+        xlim=(0, 4.5), xlabel="wavenumber q ($1/a_0$)", ylabel=r"$K_\mathrm{lattice}/K_\mathrm{continuum} - 1$ (%)"
+    )
+    above = axis.secondary_xaxis("top")
+    lengths = (64, 16, 8, 4, 3, 2)
+    above.set_xticks([2 * np.pi / length for length in lengths], [str(length) for length in lengths])
+    above.set_xlabel("wavelength ($a_0$)")
+    axis.set_title(title)
+    plot.legend_below(figure, plot.labelled(axis))
+    return plot.save_figure(figure, stem)

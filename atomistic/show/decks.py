@@ -1,6 +1,6 @@
 """Tables and figures of a deck run, and the wall of each step as a mesh."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from atomistic.lammps.directory import wall_mesh
 from atomistic.lammps.result import DeckStatus
-from atomistic.relax.deckrun import ContinuumStep, DeckRun
+from atomistic.relax.deckrun import ContinuumStep, DeckSteps
 from continuum.files.output import save as save_file
 from continuum.measure.contact import contact_map
 from continuum.sheet import Column, Entry, Sheet, pairs, words
@@ -22,7 +22,7 @@ _JUMP = 0.25
 """Change of the contact area from one step to the next that is drawn as a jump."""
 
 
-def deck_run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = (), remark: str = "") -> list[Sheet]:
+def deck_run_sheets(run: DeckSteps, beside: tuple[ContinuumStep, ...] = (), remark: str = "") -> list[Sheet]:
     """The last step in detail, all steps of a protocol, and the comparison with the continuum."""
     sheets = [replace(_last(run), note=remark)]
     if run.description.steps:
@@ -32,7 +32,7 @@ def deck_run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = (), remark
     return sheets
 
 
-def _steps(run: DeckRun) -> Sheet:
+def _steps(run: DeckSteps) -> Sheet:
     along, moves = run.slides, bool(run.last.averages)
     columns = {f"offset {along} (a0)": f"offset_{along}"} if along else {"separation (a0)": "separation"}
     if run.description.pressure is not None:
@@ -66,7 +66,7 @@ def _steps(run: DeckRun) -> Sheet:
     return Sheet.of(title, tuple(cells), zip(*cells.values(), strict=True), "\n".join(notes))
 
 
-def _friction_columns(run: DeckRun) -> dict[str, Sequence[Entry]]:
+def _friction_columns(run: DeckSteps) -> dict[str, Sequence[Entry]]:
     """Load in real units; for a sliding wall also friction, and friction over a compressive load."""
     real, atoms, found = run.description.real_units, run.last.gap.size, dict[str, Sequence[Entry]]()
     named = {"N": "load"} | ({"friction": f"lateral_{run.slides}"} if run.slides else {})
@@ -84,7 +84,7 @@ def _friction_columns(run: DeckRun) -> dict[str, Sequence[Entry]]:
     return found
 
 
-def _yield(run: DeckRun) -> list[str]:
+def _yield(run: DeckSteps) -> list[str]:
     """The first step in which atoms have slipped, with its load, and whether that stays."""
     i = run.yielded
     if i is None:
@@ -107,7 +107,7 @@ def _yield(run: DeckRun) -> list[str]:
     return [*lines, f"In step {run.unloaded + 1}, unloaded, {found}."]
 
 
-def _means(run: DeckRun) -> list[str]:
+def _means(run: DeckSteps) -> list[str]:
     """Means over the windows in which the wall slides or rests, a line each, with warnings."""
     if not run.averaged:
         return []
@@ -127,7 +127,7 @@ def _means(run: DeckRun) -> list[str]:
     return lines + _kept(run)
 
 
-def _kept(run: DeckRun) -> list[str]:
+def _kept(run: DeckSteps) -> list[str]:
     """The prescribed mean pressure of the wall, and whether it was kept."""
     asked = run.description.pressure
     if asked is None:
@@ -143,7 +143,7 @@ def _kept(run: DeckRun) -> list[str]:
     ]
 
 
-def _temperatures(run: DeckRun) -> str:
+def _temperatures(run: DeckSteps) -> str:
     """Note about the temperature of the atoms and of the continuum."""
     description = run.description
     if not description.temperature:
@@ -156,7 +156,7 @@ def _temperatures(run: DeckRun) -> str:
     )
 
 
-def _last(run: DeckRun) -> Sheet:
+def _last(run: DeckSteps) -> Sheet:
     last, step, real = run.last, run.steps[-1], run.description.real_units
     atoms = last.gap.size
     rows: list[tuple[str, Entry]] = [
@@ -182,7 +182,7 @@ def _last(run: DeckRun) -> Sheet:
     return pairs("End of the last window" if last.averages else "Equilibrium of the deck", rows)
 
 
-def _balance(run: DeckRun) -> list[Sheet]:
+def _balance(run: DeckSteps) -> list[Sheet]:
     """Energy that atoms and wall got while the wall slides or rests, over A0 and, with a size, of the whole."""
     found = run.balance
     if found is None:
@@ -207,7 +207,7 @@ def _balance(run: DeckRun) -> list[Sheet]:
     return [pairs(f"Energy over A0 got in the {len(run.averaged)} windows of the means", rows)]
 
 
-def _compared(run: DeckRun, beside: tuple[ContinuumStep, ...]) -> Sheet:
+def _compared(run: DeckSteps, beside: tuple[ContinuumStep, ...]) -> Sheet:
     names = ("step", "mean gap (a0)", "N/A0, atoms (E*)", "N/A0, continuum (E*)", "difference/(N_rep + N_att)",
              "A_rep/A0, atoms", "A_rep/A0, continuum", "same contact", "continuum")  # fmt: skip
     rows: list[tuple[Entry, ...]] = [
@@ -222,21 +222,8 @@ def _compared(run: DeckRun, beside: tuple[ContinuumStep, ...]) -> Sheet:
     return Sheet.of("Beside the continuum", tuple(map(Column, names)), rows, note)
 
 
-def write_run(run: DeckRun, folder: Path, beside: tuple[ContinuumStep, ...] = ()) -> list[Path]:
-    """Write HDF5 file, figures, and the wall of each step as a mesh; returns them."""
-    name = run.directory.resolve().name
-    stored = run.store(folder / f"{name}.h5", beside)
-    written = [stored, save_figure(draw_deck_run(run, beside), folder / name)]
-    for i, step in enumerate(run.steps, 1):
-        mark = f".{i}" if run.description.steps else ""
-        level = step.separation + run.description.surface
-        mesh = wall_mesh(run.heights, level, run.description.length, (step.offset_x, step.offset_y))
-        written.append(save_file(folder / f"{name}-wall{mark}.vtk", mesh))
-    return written
-
-
 @styled
-def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
+def draw_deck_run(run: DeckSteps, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
     """Load and areas against separation, in the order of the steps, and the contact with the largest A_rep."""
     figure, (load, area, contact) = new_axes(PAGE, 2.9, 1, 3)
     along = run.slides
@@ -288,3 +275,26 @@ def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figur
     for axis in (load, area):
         legend_under(axis, 0.3)
     return figure
+
+
+def write_run(run: DeckSteps, folder: Path, beside: tuple[ContinuumStep, ...] = ()) -> list[Path]:
+    """Write a run in every form of :data:`WRITERS`; returns the files."""
+    stem = folder / run.directory.resolve().name
+    return [path for write in WRITERS for path in write(run, stem, beside)]
+
+
+def _meshes(run: DeckSteps, stem: Path, beside: tuple[ContinuumStep, ...]) -> Iterator[Path]:
+    """The wall of each step."""
+    for i, step in enumerate(run.steps, 1):
+        mark = f".{i}" if run.description.steps else ""
+        level = step.separation + run.description.surface
+        mesh = wall_mesh(run.heights, level, run.description.length, (step.offset_x, step.offset_y))
+        yield save_file(stem.with_name(f"{stem.name}-wall{mark}.vtk"), mesh)
+
+
+WRITERS: list[Callable[[DeckSteps, Path, tuple[ContinuumStep, ...]], Iterable[Path]]] = [
+    lambda run, stem, beside: [run.store(stem.with_name(f"{stem.name}.h5"), beside)],
+    lambda run, stem, beside: [save_figure(draw_deck_run(run, beside), stem)],
+    _meshes,
+]
+"""Forms in which a run is written: each makes files whose names begin as the stem does, beside the continuum or not."""

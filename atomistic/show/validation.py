@@ -1,26 +1,40 @@
-"""Sheets of a validation, and its page of HTML, from its stored file only."""
+"""Sheets and figures of a validation, and its page of HTML, from its stored file only."""
 
+from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
+from atomistic.ladder.budget import BoundVerdict
 from atomistic.ladder.comparison import GEOMETRY, STEPS
 from atomistic.ladder.ensemble import untested
-from atomistic.ladder.rungs import WORDS
-from atomistic.ladder.validate import Validation
-from atomistic.show.figures import draw_all
+from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS, WORDS
 from continuum.sheet import Column, Entry, Sheet, pairs
+from continuum.show import plot
 from continuum.show.page import Page
 from continuum.units import GPA_PER_EV_PER_A3
 
+LABELS = WORDS | {"half-space": "half-space, ν = 1/2", "layer": "layer, ν = 1/2", "atoms": "atoms (LAMMPS)"}
+_WIDE = 3
+"""Largest number of panels in a row for which a title with wall and slope fits into one line."""
+_COLOURS = dict(zip(RUNGS, plot.SERIES, strict=False))
+_LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
+"""Style and width of the lines of the continuum rungs: the first lies below the second, which it nearly equals."""
 
-def validation_sheets(validation: Validation) -> list[Sheet]:
+
+def validation_sheets(config: ValidateConfig, stored: Archive, verdicts: Sequence[BoundVerdict]) -> list[Sheet]:
     """The tables of a validation that are not empty: error budget, its signed parts, scaling, jumps, verdicts."""
-    stored = validation.stored
-    sheets = (budget_sheet(stored), _closed_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(validation))
+    sheets = (
+        budget_sheet(stored), _closed_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(config, verdicts)
+    )  # fmt: skip
     return [sheet for sheet in sheets if sheet.rows]
 
 
@@ -130,8 +144,7 @@ def _jumps(archive: Archive) -> Sheet:
     return Sheet.of(title, heads, rows, "Evaluations of forces include the certificate.")
 
 
-def _tolerances(validation: Validation) -> Sheet:
-    config = validation.config
+def _tolerances(config: ValidateConfig, verdicts: Sequence[BoundVerdict]) -> Sheet:
     notes = [
         f"{case.name}: no bound on what differs.  Not tested by the ensemble: {said}."
         for case in config.case
@@ -143,18 +156,19 @@ def _tolerances(validation: Validation) -> Sheet:
         [
             [v.case, v.quantity, v.bound, f"{v.measured:.3g} / {v.limit:.4g}", str(v.states), v.state,
              "holds" if v.holds else "FAILS", v.reason]
-            for v in validation.verdicts
+            for v in verdicts
         ],
         "\n".join(notes),
     )  # fmt: skip
 
 
-def write_validation(validation: Validation) -> list[Path]:
+def write_validation(
+    path: Path, config: ValidateConfig, stored: Archive, verdicts: Sequence[BoundVerdict], sentence: str
+) -> list[Path]:
     """Draw the figures and write the page, beside the file of the validation; returns the page and the PNG files.
 
-    The page says how many bounds hold, and has the tables, the figures, the substrate and the input.
+    The page says in a sentence how many bounds hold, and has the tables, the figures, the substrate and the input.
     """
-    stored, config, path = validation.stored, validation.config, validation.path
     figures = draw_all(stored, path.parent, path.stem)
     made: list[tuple[str, Entry]] = [
         (name.removeprefix("provenance/"), str(value))
@@ -163,9 +177,9 @@ def write_validation(validation: Validation) -> list[Path]:
     ]
     page = Page(
         f"{path.stem}: Green's functions against atoms",
-        f"{validation.sentence}.  Lengths are in a0, pressures in E*, unless said otherwise.",
+        f"{sentence}.  Lengths are in a0, pressures in E*, unless said otherwise.",
         figures=[(figure, figure.stem) for figure in figures],
-        sheets=[_substrate(stored, config), *validation_sheets(validation), pairs("Made with", made)],
+        sheets=[_substrate(stored, config), *validation_sheets(config, stored, verdicts), pairs("Made with", made)],
         listing=("Input", config.source.text) if config.source else None,
     )
     return [page.write(path.with_suffix(".html")), *figures]
@@ -186,3 +200,152 @@ def _substrate(archive: Archive, config: ValidateConfig) -> Sheet:
         rise = float(known["model/surface_relaxation"])
         rows.append(("surface plane at rest", f"{rise:+.5f} a0 from its lattice sites: there the gap begins"))
     return pairs("Substrate", rows)
+
+
+def draw_all(archive: Archive, folder: Path, stem: str) -> list[Path]:
+    """Draw every figure into a folder, as PNG and PDF; returns the PNG files."""
+    figures = {"contact": rung_contact_maps(archive), "curves": curves(archive), "scaling": scaling(archive)}
+    return [
+        plot.save_figure(figure, folder / f"{stem}-{name}") for name, figure in figures.items() if figure is not None
+    ]
+
+
+@plot.styled
+def rung_contact_maps(archive: Archive) -> Figure:
+    """Contact on the lattice Green's function and on atoms, side by side, and the points that differ.
+
+    A row for each case: its steepest slope, first surface and a middle area.
+    """
+    columns = archive.columns
+    rows = [_shown_states(archive, case)[1] for case in dict.fromkeys(columns["case"].tolist())]
+    figure, axes = plot.new_axes(plot.PAGE, 2.3 * len(rows) + 0.5, len(rows), 3, squeeze=False)
+    nx, ny = columns["contact"].shape[2:]
+    i, j = RUNGS.index("lattice"), RUNGS.index("atoms")
+    titles = []
+    differs: Any = {"marker": "s", "linestyle": "", "markerfacecolor": "none", "markeredgecolor": plot.DIFFERENT_COLOUR}
+    for state, row in zip(rows, axes, strict=True):
+        a, b = columns["contact"][i, state], columns["contact"][j, state]
+        for axis, kinds in ((row[0], a), (row[1], b)):
+            plot.contact_image(axis, kinds, (float(nx), float(ny)))
+        plot.contact_image(row[2], b, (float(nx), float(ny)), alpha=0.25)
+        for x, y in np.argwhere(a != b):
+            row[2].plot(x + 0.5, y + 0.5, markersize=4, **differs)
+        area = rf"$A_\mathrm{{rep}}/A_0$ = {columns['area_rep'][j, state]:.3f}"
+        differ = int(np.count_nonzero(a != b))
+        row[0].set_ylabel(f"{columns['case'][state]}\n{_wall_and_slope(archive, state)}\ny ($a_0$)")
+        titles += [LABELS["lattice"], f"{LABELS['atoms']}\n{area}", f"{differ} of {a.size} atoms differ"]
+    for axis in axes[-1]:
+        axis.set_xlabel("x ($a_0$)")
+    plot.letter_panels(axes.flat, titles)
+    plot.legend_below(figure, [*plot.contact_key(), Line2D([], [], label="differs", **differs)])
+    return figure
+
+
+def _shown_states(archive: Archive, case: str) -> tuple[NDArray[np.intp], int]:
+    """The states of a case of the steepest slope and the first surface; and the one of them of a middle area."""
+    columns = archive.columns
+    mine = np.flatnonzero(columns["case"] == case)
+    mine = mine[columns["rms_slope"][mine] == columns["rms_slope"][mine].max()]
+    mine = mine[columns["seed"][mine] == columns["seed"][mine][0]]
+    areas = columns["area"][mine]
+    return mine, int(mine[np.argsort(areas)[len(areas) // 2]])
+
+
+@plot.styled
+def curves(archive: Archive) -> Figure | None:
+    """Repulsive area and load against mean gap on the lattice along the approach, and the load differences of other
+    rungs.
+
+    The rungs would lie within a line's width: area and load are drawn for one, the others as differences.
+    Atoms are points, at the areas of the input.
+    """
+    columns = archive.columns
+    if "curve_case" not in columns:
+        return None
+    cases = list(dict.fromkeys(columns["curve_case"].tolist()))
+    atoms, titles = RUNGS.index("atoms"), []
+    width = plot.PAGE if len(cases) > 1 else plot.COLUMN
+    figure, axes = plot.new_axes(width, 5.6, 3, len(cases), squeeze=False, sharex="col")
+    for case, (area_axis, load_axis, difference_axis) in zip(cases, axes.T, strict=True):
+        along = {
+            rung: {
+                name: columns[f"curve_{name}"][(columns["curve_case"] == case) & (columns["curve_rung"] == rung)]
+                for name in ("mean_gap", "area_rep", "load")
+            }
+            for rung in CONTINUUM_RUNGS
+        }
+        mine, middle = _shown_states(archive, case)
+        mine = mine[columns["branch"][mine] == "approach"]
+        points = {name: columns[name][atoms, mine] for name in ("mean_gap", "area_rep", "load")}
+        lattice = along["lattice"]
+        order = np.argsort(lattice["mean_gap"])
+        at_points = np.interp(points["mean_gap"], lattice["mean_gap"][order], lattice["load"][order])
+        for (rung, curve), (style, width) in zip(along.items(), _LINES, strict=True):
+            look = {"color": _COLOURS[rung], "label": LABELS[rung], "linestyle": style, "linewidth": width}
+            if rung == "lattice":
+                area_axis.plot(*plot.broken(curve["mean_gap"], curve["area_rep"]), **look)
+                load_axis.plot(*plot.broken(curve["mean_gap"], curve["load"]), **look)
+            difference_axis.plot(*plot.broken(curve["mean_gap"], 1e4 * (curve["load"] - lattice["load"])), **look)
+        look = {"color": _COLOURS["atoms"], "markerfacecolor": "none", "label": LABELS["atoms"]}
+        area_axis.plot(points["mean_gap"], points["area_rep"], "o", **look)
+        load_axis.plot(points["mean_gap"], points["load"], "o", **look)
+        difference_axis.plot(points["mean_gap"], 1e4 * (points["load"] - at_points), "o", **look)
+        load_axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
+        gap = "\n" if len(cases) > _WIDE else ", "
+        titles.append(f"{case}\n{_wall_and_slope(archive, middle, gap)}")
+        difference_axis.set_xlabel("mean gap ($a_0$)")
+    axes[0, 0].set_ylabel(r"repulsive area $A_\mathrm{rep}/A_0$")
+    axes[1, 0].set_ylabel("load $N/(E^* A_0)$")
+    axes[2, 0].set_ylabel("load minus lattice's\n$\\Delta N/(10^{-4} E^* A_0)$")
+    plot.letter_panels(axes.flat, titles)
+    plot.legend_below(figure, plot.labelled(axes[2, 0]))
+    return figure
+
+
+def _wall_and_slope(archive: Archive, state: int, gap: str = ", ") -> str:
+    length, slope = (archive.columns[name][state] for name in ("adhesion_length", "rms_slope"))
+    return rf"$\ell_a$ = {length:g} $a_0${gap}$h'_\mathrm{{rms}}$ = {slope:g}"
+
+
+@plot.styled
+def scaling(archive: Archive) -> Figure | None:
+    """Load and displacement difference of lattice response and atoms against the slope, without adhesion."""
+    columns = archive.columns
+    plain = columns["adhesion_length"] == 0
+    fits = [fit for fit in budget.exponents(columns) if fit.adhesion_length == 0]
+    if not fits:
+        return None
+    figure, (left, right) = plot.new_axes(plot.PAGE, 3.4, 1, 2)
+    titles = []
+    colours = dict(zip(sorted({fit.area for fit in fits}), cycle(plot.SERIES), strict=False))
+    markers = dict(zip(sorted({fit.seed for fit in fits}), "osv^D", strict=False))
+    for axis, quantity, expected, label in (
+        (left, "load", 1, r"load difference $|\Delta N|/N_\mathrm{rep}$"),
+        (right, "displacement", 2, "largest displacement difference ($a_0$)"),
+    ):
+        mine = [fit for fit in fits if fit.quantity == quantity]
+        for fit in mine:
+            at = plain & (columns["seed"] == fit.seed) & (columns["area"] == fit.area)
+            h = columns["rms_slope"][at]
+            values = np.abs(columns[f"nonlinearity_{quantity}"][at])
+            order = np.argsort(h)
+            look = {"marker": markers.get(fit.seed, "o"), "color": colours[fit.area], "markerfacecolor": "none"}
+            axis.loglog(h[order], values[order], linewidth=0.8, **look)
+        h = np.array(sorted({slope for fit in mine for slope in fit.slopes}))
+        flattest = columns[f"nonlinearity_{quantity}"][plain & (columns["rms_slope"] == h[0])]
+        top = max(float(np.abs(flattest).max()), 1e-300)
+        axis.loglog(h, 2 * top * (h / h[0]) ** expected, "-", color="0.6", linewidth=2, zorder=0)
+        fitted = np.array([fit.fitted for fit in mine])
+        titles.append(
+            f"line: exponent {expected}\nfitted: {fitted.mean():.3f}, from {fitted.min():.3f} to {fitted.max():.3f}"
+        )
+        axis.set(xlabel=r"rms slope $h'_\mathrm{rms}$", ylabel=label)
+    handles = [
+        Line2D([], [], color=colour, label=rf"$A_\mathrm{{rep}}/A_0$ = {area:g}") for area, colour in colours.items()
+    ]
+    outlined: Any = {"color": "0.3", "markerfacecolor": "none", "linestyle": ""}
+    handles += [Line2D([], [], marker=m, label=f"seed {s}", **outlined) for s, m in markers.items()]
+    plot.log_ticks(left, right)
+    plot.letter_panels((left, right), titles)
+    plot.legend_below(figure, handles)
+    return figure

@@ -10,8 +10,8 @@ have a fixed length.  Errors are those of :mod:`continuum.files.hdf5`.
 """
 
 import zlib
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +75,18 @@ class File:
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self.datasets[name].values
+
+
+def columns(records: Sequence[Any], dim: str) -> dict[str, Dataset]:
+    """The numbers of records of one class, at least one, as datasets along a dimension.
+
+    Its fields have units and description as metadata (:func:`continuum.measure.contact.quantity`); others are left out.
+    """
+    return {
+        column.name: Dataset(np.array([getattr(one, column.name) for one in records]), (dim,), **column.metadata)
+        for column in fields(records[0])
+        if column.metadata
+    }
 
 
 def write(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, Attribute]) -> None:

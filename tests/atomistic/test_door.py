@@ -49,10 +49,10 @@ def accept(*_: object, **__: object) -> None:
 def nothing_expensive(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("atomistic.relax.specimen.Specimen.of_slab", accept)
     monkeypatch.setattr("atomistic.front.model_of", accept)
-    monkeypatch.setattr("atomistic.ladder.validate.distinct", accept)
+    monkeypatch.setattr("atomistic.validation.distinct", accept)
     monkeypatch.setattr("atomistic.lammps.engine.run_in_process", accept)
     monkeypatch.setattr("atomistic.lammps.engine.run_command", accept)
-    monkeypatch.setattr("atomistic.lammps.directory.write_deck", accept)
+    monkeypatch.setattr("atomistic.lammps.deck.write_deck", accept)
 
 
 def protocol(**table: Any) -> None:

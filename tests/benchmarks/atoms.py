@@ -17,8 +17,7 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import Potential
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.shape import HeightSpline, Round
 from atomistic.relax.relax import lattice_start, relax
 from atomistic.relax.specimen import Specimen

@@ -21,8 +21,8 @@ import numpy as np
 
 import atomistic as a
 import continuum as c
+from atomistic.front import DeckRun
 from atomistic.lammps.deck import WallForce
-from atomistic.relax.deckrun import DeckRun
 from atomistic.relax.windows import WindowMean
 from continuum.model.fourier import Real
 

@@ -28,8 +28,7 @@ from scipy.stats import t
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, response_of
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.session import Session
 from atomistic.relax.relax import iterate, lattice_start
 from atomistic.relax.specimen import Specimen, specimen_of

@@ -19,7 +19,7 @@ import numpy as np
 
 import atomistic as a
 import continuum as c
-from atomistic.relax.deckrun import DeckRun
+from atomistic.front import DeckRun
 from atomistic.relax.windows import WindowMean
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import TabulatedSubstrate

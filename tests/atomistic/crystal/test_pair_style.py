@@ -15,8 +15,7 @@ from atomistic.config.crystal import ElasticConfig
 from atomistic.crystal.model import Potential
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import render
+from atomistic.lammps.deck import Deck, render
 from atomistic.lammps.result import DeckStatus
 from atomistic.lammps.session import Cell
 from atomistic.response.material import model_of

@@ -9,13 +9,23 @@ import pytest
 
 import atomistic as a
 from atomistic.cli import main
+from atomistic.config.crystal import Interatomic
 from atomistic.config.deck import DeckConfig
+from atomistic.config.motion import ProtocolTable
 from atomistic.config.validate import ValidateConfig
-from atomistic.ladder.cost import cost_of_deck, cost_of_validation
+from atomistic.ladder.cost import _SEEN, cost_of_deck, cost_of_validation
 from continuum.files.inputs import load
 
 DECKS = sorted(Path("inputs/lammps").glob("*.toml"))
 QUICK = ("rough", "cylinder", "staircase", "punch")
+
+
+def test_there_is_a_cost_for_each_crystal_and_an_input_for_each_protocol() -> None:
+    """By the registries: a new kind is estimated by `atomistic check`, and runs from an input that comes with it."""
+    assert Interatomic.kinds.keys() <= _SEEN.keys()
+    inputs = [load(path, DeckConfig) for path in DECKS]
+    assert {config.interatomic.kind for config in inputs} == set(Interatomic.kinds)
+    assert {config.protocol.kind for config in inputs if config.protocol} == set(ProtocolTable.kinds)  # type: ignore[attr-defined]
 
 
 def told(path: Path) -> tuple[float, float, float]:

@@ -26,8 +26,7 @@ from atomistic.lammps.crystal_wall import (
     flat_halves,
     pair_law,
 )
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import HeightSpline, shape_of

@@ -11,8 +11,8 @@ import pytest
 import atomistic as a
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import INPUTS, read_heights, read_slab, render, write_deck
+from atomistic.lammps.deck import INPUTS, Deck, render, write_deck
+from atomistic.lammps.directory import read_heights, read_slab
 from atomistic.lammps.engine import run_in_process, script
 from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.result import LammpsError, tail
@@ -226,7 +226,7 @@ def test_a_deck_keeps_its_own_arrays():
 
 
 def test_a_lammps_that_is_too_old_is_told_which_one_is_needed(tmp_path, monkeypatch):
-    monkeypatch.setattr("atomistic.lammps.directory.LEAST_VERSION", (99990101, "the year 9999"))
+    monkeypatch.setattr("atomistic.lammps.deck.LEAST_VERSION", (99990101, "the year 9999"))
     directory = write_deck(tmp_path / "deck", make_deck())
     done = subprocess.run(
         [script("lmp"), "-in", "in.contact"], cwd=directory, capture_output=True, text=True, check=False

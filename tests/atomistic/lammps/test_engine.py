@@ -8,8 +8,7 @@ import pytest
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import engine
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import doctor, run_command, run_in_process, script
 from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.result import DeckStatus, LammpsError, read_result

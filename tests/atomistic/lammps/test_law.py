@@ -13,8 +13,7 @@ import atomistic as a
 from atomistic.cli import main
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.law import LAWS, name_of, native_law, read_wall_table
 from continuum.model.walls import Exponential, LennardJonesSpline, Wall
@@ -36,6 +35,10 @@ WALLS: dict[str, Wall] = {
     "short table": table(24),
     "long table": table(1200),
 }
+
+
+def test_every_law_that_decks_know_is_tested_here() -> None:
+    assert {type(wall) for wall in WALLS.values()} == set(LAWS)
 
 
 def spread(wall: Wall) -> Deck:

@@ -7,7 +7,7 @@ import pytest
 
 import atomistic as a
 import continuum as c
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import write_deck
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.law import native_law
 from tests.atomistic.lammps.test_law import table

@@ -13,11 +13,11 @@ import atomistic as a
 import continuum as c
 from atomistic.cli import main
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps.earlier import finished_steps
+from atomistic.front import DeckRun
+from atomistic.lammps.directory import finished_steps
 from atomistic.lammps.engine import run_command, run_in_process, script
 from atomistic.lammps.protocol import Motion, impedance, swing
 from atomistic.lammps.result import read_result
-from atomistic.relax.deckrun import DeckRun
 from atomistic.relax.windows import WindowMean
 from continuum.errors import StickinessError
 from continuum.units import Units

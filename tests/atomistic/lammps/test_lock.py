@@ -12,11 +12,10 @@ import pytest
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps import lock
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps import directory as disk
+from atomistic.lammps.deck import Deck, write_deck
+from atomistic.lammps.directory import LOCK, hold
 from atomistic.lammps.engine import run_command, run_in_process
-from atomistic.lammps.lock import LOCK, hold
 from continuum.errors import OutputError
 from continuum.model.walls import LennardJonesSpline
 
@@ -27,7 +26,7 @@ def small(separation: float = 1.1) -> Deck:
 
 @pytest.mark.parametrize("act", [run_in_process, run_command, lambda path: write_deck(path, small(1.2))])
 def test_a_second_run_is_one_message_that_says_who_holds_the_directory(tmp_path, act, monkeypatch):
-    monkeypatch.setattr(lock, "PATIENCE", 0.0)
+    monkeypatch.setattr(disk, "PATIENCE", 0.0)
     directory = write_deck(tmp_path / "deck", small())
     before = {path.name: path.read_bytes() for path in directory.iterdir() if path.name != LOCK}
     with hold(directory), pytest.raises(OutputError, match=f"under way there, begun by process {os.getpid()} on"):
@@ -37,7 +36,7 @@ def test_a_second_run_is_one_message_that_says_who_holds_the_directory(tmp_path,
 
 
 def test_the_lock_outlives_a_killed_parent_while_a_child_runs(tmp_path, monkeypatch):
-    monkeypatch.setattr(lock, "PATIENCE", 0.0)
+    monkeypatch.setattr(disk, "PATIENCE", 0.0)
     # What the wheel's lmp is: a script that waits for the process that computes.
     directory = write_deck(tmp_path / "deck", small())
     site = f"'{sys.executable}' -c 'import subprocess as s; s.run([\"sleep\", \"60\"], close_fds=False)'"

@@ -16,9 +16,8 @@ from atomistic.config.deck import steps_of
 from atomistic.config.motion import kelvin, thermal_energy
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
-from atomistic.lammps.earlier import finished_steps
+from atomistic.lammps.deck import Deck, write_deck
+from atomistic.lammps.directory import finished_steps
 from atomistic.lammps.engine import run_command, run_in_process, script
 from atomistic.lammps.protocol import Motion, largest_timestep
 from atomistic.lammps.result import DeckStatus, LammpsError, read_result

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from scipy import constants as si
 
+from atomistic.config.deck import steps_of
 from atomistic.config.motion import thermal_energy
 from atomistic.crystal.interatomic import LennardJones
 from atomistic.crystal.model import Crystal, CrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion, impedance, vibration_timestep
+from continuum.files.toml import ConfigError
 from continuum.model.cubic import CubicConstants
 
 GPA = si.giga / (si.electron_volt / si.angstrom**3)  # in eV/Å³
@@ -137,34 +139,29 @@ def test_a_wall_dwells_until_it_first_moves(
     assert motion.slides == any(offsets)
 
 
-BOUNDS = {
+TABLE = {"kind": "velocity", "separations": [1.2, 1.1], "temperature": 0.01, "window": 30.0}
+BOUNDS: dict[str, tuple[float, float]] = {
     "temperature": (0.0, -1e-300),
-    "damping": (5e-324, 0.0),
-    "timestep": (5e-324, 0.0),
-    "hold": (0, -1),
-    "hold_damping": (5e-324, 0.0),
-    "layers": (1, 0),
-    "seed": (1, 0),
-    "durations": ((5e-324, 1.0), (0.0, 1.0)),
-    "pressure": (1e308, float("inf")),
+    "damping": (0.1, 0.0999),
+    "velocity": (1e-3, 0.0),
+    "window": (1.0, 0.9999),
+    "hold": (1, 0),
+    "dwell": (0, -1),
+    "thermostat_layers": (1, 0),
+    "seed": (1_000_000, 1_000_001),  # which LAMMPS takes
 }
 
 
 @pytest.mark.parametrize("name", BOUNDS)
 def test_numbers_of_a_motion_go_to_their_bounds_and_no_further(name: str) -> None:
     allowed, beyond = BOUNDS[name]
-    assert getattr(replace(MOTION, **{name: allowed}), name) == allowed
-    with pytest.raises(ValueError, match=r".+"):
-        replace(MOTION, **{name: beyond})
-    for value in (float("nan"), float("inf")) if name in ("temperature", "damping", "timestep", "hold_damping") else ():
-        with pytest.raises(ValueError, match=r".+"):
-            replace(MOTION, **{name: value})
+    assert getattr(steps_of(TABLE | {name: allowed}).motion, name) == allowed
+    for value in (beyond, float("nan"), float("inf")):
+        with pytest.raises(ConfigError, match=name):
+            steps_of(TABLE | {name: value})
 
 
-def test_a_seed_is_one_that_lammps_takes_and_layers_are_fewer_than_move() -> None:
-    assert replace(MOTION, seed=1_000_000).seed == 1_000_000
-    with pytest.raises(ValueError, match="seed"):
-        replace(MOTION, seed=1_000_001)
+def test_layers_of_the_thermostat_are_fewer_than_move() -> None:
     assert MOTION.misfit(3, stays=False) is None
     for mobile, stays, name in ((2, False, "layers"), (3, True, "shape")):
         found = MOTION.misfit(mobile, stays=stays)

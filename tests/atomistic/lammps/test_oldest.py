@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from atomistic.cli import main
-from atomistic.lammps.directory import LEAST_VERSION
+from atomistic.lammps.deck import LEAST_VERSION
 from atomistic.lammps.engine import run_command
 from atomistic.lammps.result import LammpsError
 

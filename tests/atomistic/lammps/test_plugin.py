@@ -15,8 +15,7 @@ import atomistic as a
 import continuum as c
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.plugin import PluginError, pieces_of_law, plugin_library
 from atomistic.lammps.shape import HeightSpline, Waves, map_error, map_of, shape_notes
@@ -38,7 +37,7 @@ def library() -> bytes:
 @pytest.fixture
 def built(library: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     """Decks that take the plugin as it was built."""
-    monkeypatch.setattr("atomistic.lammps.directory.plugin_library", lambda: library)
+    monkeypatch.setattr("atomistic.lammps.plugin.plugin_library", lambda: library)
 
 
 def displaced(wall: Wall, shape: HeightSpline | Waves) -> Deck:

@@ -14,11 +14,10 @@ import pytest
 import atomistic as a
 import continuum as c
 from atomistic.lammps import engine
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import render, write_deck
-from atomistic.lammps.earlier import finished_steps, step_keys
+from atomistic.lammps.deck import Deck, render, step_keys, write_deck
+from atomistic.lammps.directory import finished_steps
 from atomistic.lammps.engine import run_command, run_in_process
-from atomistic.lammps.protocol import MeanPressures, Separations
+from atomistic.lammps.protocol import MeanPressures
 from atomistic.lammps.result import DeckResult, DeckStatus, read_result
 from atomistic.relax.specimen import Specimen
 from continuum.errors import InputError, OutputError
@@ -198,11 +197,9 @@ def test_an_approach_and_its_way_back_are_one_branch_where_nothing_jumps(tmp_pat
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Separations(()), "a list of 1 to"),
-        (lambda: Separations((1.0, float("nan"))), "finite"),
-        (lambda: MeanPressures((0.1, 0.0), (1.0, 1.0), 0.1), "other than zero"),
-        (lambda: MeanPressures((0.1,), (1.0, 1.0), 0.1), "1 pressures"),
-        (lambda: MeanPressures((0.1,), (1.0,), -0.1), "stiffness"),
+        (lambda: a.deck(rough(), separations=[], depth=4), "a list of 1 to"),
+        (lambda: a.deck(rough(), separations=[1.0, float("nan")], depth=4), "finite"),
+        (lambda: a.deck(rough(), pressures=[0.1, 0.0], depth=4), "other than zero"),
         (lambda: a.deck(rough(), depth=4), "one of"),
         (lambda: a.deck(rough(), separation=1.2, pressures=[0.1], depth=4), "one of"),
     ],
@@ -218,7 +215,7 @@ def test_a_deck_is_whole_before_it_has_its_script(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("atomistic.lammps.directory._write_data", full)
+    monkeypatch.setattr("atomistic.lammps.deck._write_data", full)
     with pytest.raises(InputError, match="No space left"):
         write_deck(tmp_path / "deck", deck)
     assert not (tmp_path / "deck" / "in.contact").exists()

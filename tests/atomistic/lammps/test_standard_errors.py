@@ -17,8 +17,7 @@ from scipy.signal import lfilter
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import protocol as scripts
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion
 from continuum.model.walls import LennardJonesSpline

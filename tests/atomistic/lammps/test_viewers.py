@@ -12,11 +12,12 @@ import xarray
 
 import atomistic as a
 import continuum as c
+from atomistic.front import DeckRun
 from atomistic.lammps.session import LammpsHandle
-from atomistic.relax.deckrun import DeckRun
-from atomistic.show.decks import draw_deck_run
+from atomistic.show import decks
 from continuum.app.states import OpenedResults
 from continuum.files import store
+from continuum.show.plot import save_figure
 from tests.printed import faults_in_print
 from tests.stored import opens_in_xarray
 
@@ -134,7 +135,9 @@ def test_ovito_reads_the_data_file(run):
     assert {kind.name for kind in seen.particles.particle_types.types} == {run.description.element}
 
 
-def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path):
+def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(decks, "save_figure", lambda figure, stem: drawn.append(figure) or save_figure(figure, stem))
     stored, figure, *walls = run.write(tmp_path / "out", compare=True)
     file = store.read_datasets(stored, "stickiness/deck-run", 2)
     assert file.attributes["finished"] is True
@@ -161,4 +164,4 @@ def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path):
     if real is not None:
         # E* a0² of copper: 135 GPa x (2.556 Å)² = 8.8 nN.
         assert real.si("force") == pytest.approx(8.8e-9, rel=0.02)
-    assert faults_in_print(draw_deck_run(run)) == []
+    assert faults_in_print(drawn[0]) == []

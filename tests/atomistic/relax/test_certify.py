@@ -14,8 +14,7 @@ import atomistic as a
 import continuum as c
 from atomistic.cli import main
 from atomistic.crystal.model import Potential
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.result import DeckError, DeckResult, read_result
 from atomistic.lammps.session import Session
 from atomistic.relax.certify import _of_the_wall

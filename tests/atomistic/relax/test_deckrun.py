@@ -10,7 +10,11 @@ import pytest
 
 import atomistic as a
 import continuum as c
+from atomistic.cli import main
 from atomistic.lammps.result import DeckError
+from atomistic.relax.deckrun import DeckSteps
+from atomistic.show.decks import WRITERS
+from continuum.files.output import save
 
 
 def test_beside_a_deck_stands_the_response_of_its_own_slab(tmp_path: Path) -> None:
@@ -38,7 +42,9 @@ def test_beside_a_deck_stands_the_response_of_its_own_slab(tmp_path: Path) -> No
         a.read(without)
 
 
-def test_a_deck_of_equilibria_has_no_windows(tmp_path: Path) -> None:
+def test_a_deck_of_equilibria_has_no_windows_and_is_written_in_every_form_there_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     contact = c.Contact(c.sine(c.Grid.square(4), 0.01, (1, 0)), c.LennardJonesSpline(adhesion_length=0.005))
     run = a.run_deck(a.deck(contact, separation=1.2, depth=3).write(tmp_path / "deck"))
     assert run.averaged == ()
@@ -46,3 +52,12 @@ def test_a_deck_of_equilibria_has_no_windows(tmp_path: Path) -> None:
         run.mean("load")
     with pytest.raises(ValueError, match="name"):
         run.mean("status")
+
+    def curve(run: DeckSteps, stem: Path, beside: object) -> list[Path]:
+        return [save(stem.with_name(f"{stem.name}.txt"), f"{run.steps[0].load!r}")]
+
+    # As docs/contribute.md adds one: in one place, and the command tells of it.
+    monkeypatch.setattr("atomistic.show.decks.WRITERS", [*WRITERS, curve])
+    assert main(["read", str(tmp_path / "deck"), "-o", str(tmp_path / "out")]) == 0
+    assert f"file     {tmp_path / 'out' / 'deck.txt'}" in capsys.readouterr().out
+    assert float((tmp_path / "out" / "deck.txt").read_text()) == run.steps[0].load

@@ -10,8 +10,7 @@ import pytest
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_command
 from atomistic.lammps.engine import script as find
 from atomistic.lammps.law import read_wall_table

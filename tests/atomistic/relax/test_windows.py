@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from atomistic.lammps.protocol import BLOCKS
 from atomistic.relax.windows import RARE, WindowMean, correlated_error, errors_of_one_state
 
-SERIES = 1500
+SERIES, FEWER = 1500, 400
 SAMPLES = 100
 """Of a window."""
 
@@ -23,12 +23,12 @@ def autoregressive(rng: np.random.Generator, series: int, length: int, correlati
 
 
 def in_windows(
-    rng: np.random.Generator, count: int, correlation: float, drift: float = 0.0
+    rng: np.random.Generator, count: int, correlation: float, drift: float = 0.0, many: int = FEWER
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Means of windows and their own errors, shape (SERIES, count), of series that drift by so many deviations."""
-    series = autoregressive(rng, SERIES, count * SAMPLES, correlation)
+    """Means of windows and their own errors, shape (many, count), of series that drift by so many deviations."""
+    series = autoregressive(rng, many, count * SAMPLES, correlation)
     series += drift * np.linspace(-0.5, 0.5, series.shape[1])
-    blocks = series.reshape(SERIES, count, BLOCKS, -1).mean(axis=3)
+    blocks = series.reshape(many, count, BLOCKS, -1).mean(axis=3)
     # As the scripts say: of ten blocks about their straight line.
     t = np.arange(BLOCKS) - (BLOCKS - 1) / 2
     rest = blocks - blocks.mean(axis=2, keepdims=True)
@@ -36,8 +36,8 @@ def in_windows(
     return blocks.mean(axis=2), np.sqrt((rest**2).mean(axis=2) / (BLOCKS - 2))
 
 
-def windows(rng: np.random.Generator, count: int, correlation: float, drift: float = 0.0) -> list[WindowMean]:
-    return [WindowMean.of(*each) for each in zip(*in_windows(rng, count, correlation, drift), strict=True)]
+def windows(rng: np.random.Generator, count: int, correlation: float, **given: float) -> list[WindowMean]:
+    return [WindowMean.of(*each) for each in zip(*in_windows(rng, count, correlation, **given), strict=True)]
 
 
 def exact_error(length: int, correlation: float) -> float:
@@ -74,7 +74,7 @@ SHARE = 4 * np.sqrt(RARE / SERIES)
 
 @pytest.mark.parametrize("count", [3, 12])
 def test_windows_of_independent_samples_are_of_one_state(count: int, rng: np.random.Generator) -> None:
-    found = windows(rng, count, 0.0)
+    found = windows(rng, count, 0.0, many=SERIES)
     assert np.mean([each.drifts for each in found]) == pytest.approx(RARE, abs=SHARE)
     assert np.mean([each.scatters for each in found]) == pytest.approx(RARE, abs=SHARE)
     # The mean of the square of the largest of three estimates is above the truth, and by less than half.

@@ -6,8 +6,7 @@ import pytest
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
-from atomistic.response.discreteness import discreteness
-from atomistic.response.lattice import LatticeResponse
+from atomistic.response.lattice import LatticeResponse, discreteness
 from atomistic.response.material import model_of
 
 SPRINGS = Springs()

@@ -22,6 +22,23 @@ def eam(name: str, element: str | None = None) -> EmbeddedAtom:
     return EmbeddedAtom.read(find_potential(name), element)
 
 
+def test_a_crystal_is_measured_once_by_all_that_determines_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = Crystal(1.6, -6.0, CubicConstants(80.0, 40.0, 40.0), {})
+    seen: list[object] = []
+    monkeypatch.setattr("atomistic.response.material._MEASURED", {})
+    monkeypatch.setattr("atomistic.response.material.measure_crystal", lambda one: seen.append(one) or found)
+    start = PairStyle("morse/smooth/linear", "Cu", 63.5, 9.0, 3.6, ("9.0",), (("*", "*", "0.34", "1.36", "2.87"),))
+    others = [
+        LennardJones(3.0), LennardJones(3.0, "mdf", 2.0), start, dataclasses.replace(start, lattice_constant=3.7),
+        dataclasses.replace(start, coefficients=(("*", "*", "0.35", "1.36", "2.87"),)),
+    ]  # fmt: skip
+    for potential in [*others, *map(dataclasses.replace, others)]:
+        model = model_of(potential)
+        assert model.potential is potential
+        assert model.crystal is found
+    assert seen == others
+
+
 def lattice_sums(cutoff: float) -> tuple[float, float, tuple[float, float, float]]:
     """Lattice constant, energy and elastic constants of lj/smooth/linear, from its pair sums (Born and Huang)."""
 

@@ -9,7 +9,6 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import archive, budget
@@ -26,11 +25,9 @@ from continuum.files.inputs import load
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Dataset
 from continuum.files.tables import refuse
+from continuum.sheet import Sheet
 from continuum.sweeps.workers import Task, TaskResult, run_tasks
 from continuum.tables import Fault
-
-if TYPE_CHECKING:
-    from continuum.sheet import Sheet
 
 Progress = Callable[[str, int, int], None]
 """Called after each path with its result, the number of finished paths and of all."""
@@ -61,7 +58,7 @@ class Validation:
         """Budget, scaling laws, jumps, verdicts."""
         from atomistic.show.validation import validation_sheets
 
-        return validation_sheets(self)
+        return validation_sheets(self.config, self.stored, self.verdicts)
 
     @property
     def sentence(self) -> str:
@@ -77,7 +74,7 @@ class Validation:
         """Draw the figures and write the page, beside the file; returns the page and the PNG files."""
         from atomistic.show.validation import write_validation
 
-        return write_validation(self)
+        return write_validation(self.path, self.config, self.stored, self.verdicts, self.sentence)
 
     def _repr_html_(self) -> str:
         return f"<p>{self.sentence}</p>{self.budget()._repr_html_()}"
