@@ -193,7 +193,7 @@ class TableFamily(Table):
     another has the kinds of both.
     """
 
-    kinds: ClassVar[MutableMapping[str, type[Table]]]
+    kinds: ClassVar[MutableMapping[str, type[Any]]]
     """The kinds by their names, in the order in which they were defined."""
 
     def keywords(self) -> dict[str, Any]:
@@ -413,8 +413,7 @@ def _allowed(fault: ErrorDetails, field: FieldInfo | None) -> str:
         return f"a finite number {words}".rstrip()
     if kind in (*_OF_NUMBERS, "int_type"):
         return f"a whole number from {limits.get('ge', 0):g} on"
-    said = _PLAINLY.get(kind, fault["msg"].removeprefix("Input should be "))
-    return said.format(**fault.get("ctx", {}))
+    return _PLAINLY[kind].format(**fault.get("ctx", {})) if kind in _PLAINLY else fault["msg"]
 
 
 @cache

@@ -167,10 +167,15 @@ def described(config: DeckConfig, slab: Slab, real: Units | None, wall: Wall, he
     return tuple(lines)
 
 
+_FIRST = ("hurst", "lambda_s", "lambda_L", "kind", "rms_slope", "rms_height", "seed", "law", "adhesion_length", "range")
+
+
 def _values(table: Table) -> str:
-    """The given keys and values of a table of an input."""
-    given = table.model_dump(exclude_unset=True, mode="json")
-    return ", ".join(f"{key} = {value}" for key, value in given.items())
+    """The given keys and values of a table of an input, in a fixed order: decks are known by this text."""
+    named = {table.kind_key: table.kind_name} if table.kind_name else {}
+    given = named | table.model_dump(exclude_unset=True, mode="json")
+    names = sorted(given, key=lambda name: _FIRST.index(name) if name in _FIRST else len(_FIRST))
+    return ", ".join(f"{name} = {given[name]}" for name in names)
 
 
 def _acting(deck: Deck, wall_force: WallForce, crystal: WallCrystal) -> Deck:

@@ -30,7 +30,7 @@ def tail_of(result: Result) -> dict[str, str | float]:
     near = ~touching & (gap < wall.zero_gap + reach)
     expected = ExpectedContact(moments.rms_slope, moments.rms_curvature, reach, work)
     return {
-        "law": str(getattr(result.config.wall, "shape", result.config.wall.law)),
+        "law": str(getattr(result.config.wall, "shape", result.config.wall.kind_name)),
         "l_a (a0)": work,
         "share from beyond the range": pull[~near & ~touching].sum() / pull.sum(),
         "area within it over Eq. (4)": near.sum() / touching.sum() * expected.area_ratio,

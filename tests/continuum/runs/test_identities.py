@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from atomistic.config.validate import ValidateConfig
+from atomistic.relax.decks import _values
 from continuum.files.inputs import load
 from continuum.files.tables import identity, resolved, restored
 from continuum.files.toml import find
+from continuum.model.surface import Surface
+from continuum.model.walls import Wall
 from continuum.runs.config import RunConfig
 from continuum.sweeps.axes import Sweep
 
@@ -106,6 +109,15 @@ def test_a_table_of_every_kind_has_the_identity_of_its_stored_results(key: str, 
     if "path" not in CHANGES[key][i]:  # of files only the names are stored
         assert identity(read) == stored[key][i]
         assert getattr(restored(RunConfig, resolved(config)), key) == getattr(config, key)
+
+
+def test_decks_are_known_by_the_text_of_their_surface_and_wall() -> None:
+    surface = Surface.kinds["self-affine"].model_validate(ROUGH | {"rms_slope": 0.1}, context={})
+    assert _values(surface) == (
+        "hurst = 0.8, lambda_s = 8.0, lambda_L = 32.0, kind = self-affine, rms_slope = 0.1, seed = 3"
+    )
+    wall = Wall.kinds["lennard-jones-spline"].model_validate({"core": 0.8, "adhesion_length": 0.005}, context={})
+    assert _values(wall) == "law = lennard-jones-spline, adhesion_length = 0.005, core = 0.8"
 
 
 def stored_anew() -> dict[str, Any]:
