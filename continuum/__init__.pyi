@@ -10,10 +10,12 @@ from continuum.front.commands import plot as plot
 from continuum.front.commands import run as run
 from continuum.front.commands import turn as turn
 from continuum.front.contact import Contact as Contact
+from continuum.front.predict import Prediction as Prediction
 from continuum.front.predict import predict as predict
 from continuum.front.states import LoadingPath as LoadingPath
 from continuum.front.states import State as State
 from continuum.front.states import Turn as Turn
+from continuum.front.study import Study as Study
 from continuum.front.study import study as study
 from continuum.front.sweeps import sweep as sweep
 from continuum.front.sweeps import sweep_collect as sweep_collect
@@ -41,8 +43,6 @@ from continuum.paper.page import figure as figure
 from continuum.runs.analysis import Analysis as Analysis
 from continuum.runs.result import Result as Result
 from continuum.solve.solution import NotConvergedError as NotConvergedError
-from continuum.sticky.prediction import Prediction as Prediction
-from continuum.sticky.study import Study as Study
 from continuum.sweeps.collect import sweep_verify as sweep_verify
 from continuum.sweeps.status import sweep_status as sweep_status
 

@@ -15,12 +15,11 @@ import scipy
 
 from continuum import units
 from continuum.errors import InputError
-from continuum.front.predict import READ, of_maps
+from continuum.front.predict import READ, Prediction, of_maps
 from continuum.model.fourier import Real
 from continuum.show.answer import statements
 from continuum.show.plot import contact_colours, map_colours, written_as
 from continuum.sticky.materials import materials
-from continuum.sticky.prediction import Prediction
 from continuum.sticky.tables import OPTIONS
 from continuum.sticky.threshold import Basis, MapThreshold
 from continuum.topography.areal import areal_parameters

@@ -30,7 +30,7 @@ from continuum.app.opened import EXAMPLE, EXAMPLE_FORM, OpenedMap, answer_of, kn
 from continuum.app.states import OpenedResults, is_stored
 from continuum.errors import InputError
 from continuum.files.toml import find
-from continuum.sticky.prediction import Prediction
+from continuum.front.predict import Prediction
 
 LARGEST = 200_000_000
 """Largest upload, in bytes."""

@@ -68,7 +68,7 @@ styled = mpl.rc_context(STYLE)
 
 
 _saved = mpl.rc_context({**STYLE, "figure.constrained_layout.use": False})
-"""The same of functions that save: a figure whose panels have their places would get an engine, and be drawn twice."""
+"""The same without a layout engine, which draws twice: of what saves, too, or a figure without one would get it."""
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -84,9 +84,10 @@ def new_axes(width: float, height: float, rows: int = 1, columns: int = 1, **opt
     return figure, figure.subplots(rows, columns, **options)
 
 
+@_saved
 def four_panels() -> tuple[Figure, Any]:
     """A figure of the width of a page with two by two panels, to which :func:`place_panels` gives their places."""
-    figure = Figure(figsize=(PAGE, PAGE), layout="none")
+    figure = Figure(figsize=(PAGE, PAGE))
     FigureCanvasAgg(figure)
     return figure, figure.subplots(2, 2)
 
