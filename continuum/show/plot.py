@@ -42,8 +42,8 @@ SERIES: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
 _UNDER = 30
 """Points from a panel to the legend under it: ticks and the label of the axis lie between."""
 
-_LEFT, _RIGHT, _TITLE = 0.58, 0.74, 0.3
-"""Inches beside a panel, left for its labels, right for a bar of colours, and above it for its title."""
+_LEFT, _RIGHT, _TITLE, _BELOW = 0.58, 0.74, 0.3, 0.06
+"""Inches beside a panel, left for its labels, right for a bar of colours, above it for its title, below its legend."""
 _PIXELS = 1024
 """Points along a side of a map that are drawn at most: a printed panel has fewer."""
 
@@ -99,7 +99,7 @@ def place_panels(figure: Figure, panels: Any) -> None:
     """
     side = PAGE / 2 - _LEFT - _RIGHT
     keys = [max((_height(axis) for axis in row if axis in figure.axes), default=0.0) for row in panels]
-    below = [_UNDER / 72 + key for key in keys]
+    below = [_UNDER / 72 + key + _BELOW for key in keys]
     height = 2 * (side + _TITLE) + sum(below)
     figure.set_size_inches(PAGE, height)
     for row, bottom in zip(panels, (height - _TITLE - side, below[1]), strict=True):
