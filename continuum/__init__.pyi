@@ -13,7 +13,9 @@ from continuum.front.contact import Contact as Contact
 from continuum.front.contact import FoundThreshold as FoundThreshold
 from continuum.front.contact import LoadingPath as LoadingPath
 from continuum.front.contact import State as State
+from continuum.front.predict import Prediction as Prediction
 from continuum.front.predict import predict as predict
+from continuum.front.study import Study as Study
 from continuum.front.study import study as study
 from continuum.front.sweeps import sweep as sweep
 from continuum.front.sweeps import sweep_collect as sweep_collect
@@ -41,8 +43,6 @@ from continuum.paper.page import figure as figure
 from continuum.runs.result import Analysis as Analysis
 from continuum.runs.result import Result as Result
 from continuum.solve.solution import NotConvergedError as NotConvergedError
-from continuum.sticky.prediction import Prediction as Prediction
-from continuum.sticky.study import Study as Study
 from continuum.sweeps.collect import sweep_verify as sweep_verify
 from continuum.sweeps.status import sweep_status as sweep_status
 

@@ -19,7 +19,6 @@ from continuum.show.answer import statements
 from continuum.show.console import show, tell, verbose, warn
 from continuum.show.prediction_data import as_csv
 from continuum.sticky.materials import InterfaceError
-from continuum.sticky.prediction import Prediction
 from continuum.sticky.tables import OPTIONS, InterfaceTable, TopographyTable
 from continuum.sticky.threshold import Basis
 from continuum.tables import explained
@@ -88,7 +87,7 @@ def predict(
 
 def _predicted(
     maps: Sequence[Path], given: dict[str, Any], told: Callable[[str], None] = lambda text: None
-) -> Prediction:
+) -> predictions.Prediction:
     try:
         return predictions.unsolved(maps, given, told)
     except (TopographyError, InterfaceError) as error:

@@ -18,10 +18,9 @@ from continuum import units
 from continuum.app.seen import prepared_once
 from continuum.app.states import OpenedResults, is_stored
 from continuum.errors import InputError
-from continuum.front.predict import of_maps
+from continuum.front.predict import Prediction, of_maps
 from continuum.show.answer import statements
 from continuum.show.plot import written_as
-from continuum.sticky.prediction import Prediction
 from continuum.sticky.tables import OPTIONS
 from continuum.sticky.threshold import Basis, MapThreshold
 from continuum.sweeps.workers import Task, Worker, say

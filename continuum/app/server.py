@@ -25,9 +25,9 @@ from continuum.app.seen import look, solved_layers
 from continuum.app.states import is_stored
 from continuum.errors import InputError
 from continuum.files.toml import find
+from continuum.front.predict import Prediction
 from continuum.show.plot import contact_colours, map_colours
 from continuum.sticky.materials import materials
-from continuum.sticky.prediction import Prediction
 from continuum.sticky.tables import OPTIONS
 
 LARGEST = 200_000_000

@@ -201,6 +201,8 @@ def stands_for_nothing(heights: Real) -> tuple[float, int] | None:
     """
     whole = heights[np.isfinite(heights)]
     for value in (whole.max(initial=-np.inf), whole.min(initial=np.inf)):
+        if np.count_nonzero(whole == value) < 2 and value not in _STANDS_FOR_NOTHING:
+            continue
         rest = whole[whole != value]
         count, apart = whole.size - rest.size, np.ptp(rest) if rest.size else 0.0
         far = np.abs(rest - value).min(initial=np.inf)

@@ -11,9 +11,14 @@ from numpy.typing import ArrayLike
 from continuum.arguments import choice, count, file_name, flag
 from continuum.files.inputs import load
 from continuum.files.toml import find
+from continuum.sheet import Sheet
+from continuum.show.answer import statements
+from continuum.show.prediction import prediction_sheets, write_prediction
+from continuum.show.prediction_data import as_json, row
 from continuum.solve.solution import MOST_THREADS
+from continuum.sticky import prediction as predictions
 from continuum.sticky.materials import InterfaceError, read_interface
-from continuum.sticky.prediction import Prediction, prediction_of
+from continuum.sticky.prediction import prediction_of
 from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.mending import Detrending, prepare
@@ -22,6 +27,40 @@ from continuum.topography.reading import read_all
 
 READ = frozenset(OPTIONS) & frozenset(inspect.signature(read_all).parameters)
 """Arguments for reading the maps."""
+
+
+class Prediction(predictions.Prediction):
+    """A prediction that shows itself."""
+
+    @property
+    def sentence(self) -> str:
+        """The statements of :func:`continuum.show.answer.statements` in one text."""
+        return ".  ".join(statements(self))
+
+    def sheets(self) -> list[Sheet]:
+        """Tables of surface, contact, verdicts and numbers."""
+        return prediction_sheets(self)
+
+    def json(self) -> str:
+        """All results, with the whole spectrum, in SI units."""
+        return as_json(self)
+
+    def row(self) -> dict[str, str | float | None]:
+        """One row of a table, in SI units."""
+        return row(self)
+
+    def write(self, folder: str | Path, name: str) -> list[Path]:
+        """Write ``NAME.html`` and its figures; returns HTML and PNG files.
+
+        Raises
+        ------
+        OutputError
+            If they cannot be written there.
+        """
+        return write_prediction(self, Path(folder), name)
+
+    def _repr_html_(self) -> str:
+        return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
 
 
 def predict(
@@ -142,4 +181,4 @@ def of_maps(
     tip_radius, shortest = (length_of(name, given.get(name)) for name in ("tip", "smallest"))
     shapes = (f"{one.source}, {' x '.join(map(str, one.heights.shape))} points" for one in measured)
     told(f"looking at {' and at '.join(shapes)}")
-    return prediction_of(ready, contact, shortest, tip_radius)
+    return prediction_of(ready, contact, shortest, tip_radius, Prediction)

@@ -7,12 +7,36 @@ from typing import Any
 from continuum.arguments import ArgumentError, file_name
 from continuum.errors import InputError
 from continuum.front.predict import predict
+from continuum.sheet import Sheet
+from continuum.show.study import study_sheets, write_study
+from continuum.sticky import study as studies
 from continuum.sticky.materials import InterfaceError, read_interface
-from continuum.sticky.study import Scan, Spot, Study, ranked, scans
+from continuum.sticky.study import Scan, Spot, ranked, scans
 from continuum.sticky.tables import OPTIONS, InterfaceTable
 from continuum.topography.quantities import PER_MAP
 
 _KNOWN = (frozenset(OPTIONS) - {"join"}) | {"solve", "threads"}
+
+
+class Study(studies.Study):
+    """A study that shows itself."""
+
+    def sheets(self) -> list[Sheet]:
+        """The ranking, and its spots."""
+        return study_sheets(self)
+
+    def write(self, folder: str | Path, name: str) -> list[Path]:
+        """Write ``NAME.html`` with its figure, and ``NAME.csv`` and ``NAME-spots.csv``; returns their paths.
+
+        Raises
+        ------
+        OutputError
+            If they cannot be written there.
+        """
+        return write_study(self, Path(folder), name)
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
 
 def study(
@@ -56,7 +80,8 @@ def study(
     for (sample, name), files in found.items():
         spots.append(_spot(sample, name, files, options))
         progress(spots[-1])
-    return ranked(place, spots)
+    rank = ranked(place, spots)
+    return Study(rank.folder, rank.samples, rank.scatter)
 
 
 def _spot(sample: str, name: str, files: Sequence[Scan], options: dict[str, Any]) -> Spot:

@@ -42,6 +42,11 @@ SERIES: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
 _UNDER = 30
 """Points from a panel to the legend under it: ticks and the label of the axis lie between."""
 
+_LEFT, _RIGHT, _TITLE, _BELOW = 0.58, 0.74, 0.3, 0.06
+"""Inches beside a panel, left for its labels, right for a bar of colours, above it for its title, below its legend."""
+_PIXELS = 1024
+"""Points along a side of a map that are drawn at most: a printed panel has fewer."""
+
 _DIGITS: tuple[tuple[float, tuple[float, ...]], ...] = (
     (1.5, ()), (3, tuple(range(1, 10))), (20, (1, 2, 5)), (100, (1, 3)),
 )  # fmt: skip
@@ -62,6 +67,10 @@ styled = mpl.rc_context(STYLE)
 """Decorator of functions that draw, which applies the common style without changing global settings."""
 
 
+_saved = mpl.rc_context({**STYLE, "figure.constrained_layout.use": False})
+"""The same without a layout engine, which draws twice: of what saves, too, or a figure without one would get it."""
+
+
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of the given size in inches, without a window."""
     figure = Figure(figsize=(width, height), layout="constrained")
@@ -73,6 +82,35 @@ def new_axes(width: float, height: float, rows: int = 1, columns: int = 1, **opt
     """A new figure, and its axes as matplotlib's ``subplots`` gives them."""
     figure = new_figure(width, height)
     return figure, figure.subplots(rows, columns, **options)
+
+
+@_saved
+def four_panels() -> tuple[Figure, Any]:
+    """A figure of the width of a page with two by two panels, to which :func:`place_panels` gives their places."""
+    figure = Figure(figsize=(PAGE, PAGE))
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(2, 2)
+
+
+def place_panels(figure: Figure, panels: Any) -> None:
+    """Give four panels, all square, their places, each row above its legends; to be called last.
+
+    A layout engine would draw all twice to find them, which takes longer than the figure itself.
+    """
+    side = PAGE / 2 - _LEFT - _RIGHT
+    keys = [max((_height(axis) for axis in row if axis in figure.axes), default=0.0) for row in panels]
+    below = [_UNDER / 72 + key + _BELOW for key in keys]
+    height = 2 * (side + _TITLE) + sum(below)
+    figure.set_size_inches(PAGE, height)
+    for row, bottom in zip(panels, (height - _TITLE - side, below[1]), strict=True):
+        for axis, left in zip(row, (_LEFT, _LEFT + PAGE / 2), strict=True):
+            axis.set_position((left / PAGE, bottom / height, side / PAGE, side / height))
+
+
+def _height(axis: Axes) -> float:
+    """Height of the legend of a panel, in inches."""
+    legend = axis.get_legend()
+    return 0.0 if legend is None else float(legend.get_window_extent().height) / axis.figure.dpi
 
 
 def letter_panels(axes: Iterable[Axes], titles: Iterable[str] = ()) -> None:
@@ -158,7 +196,7 @@ def written_as(formats: Sequence[str] | None) -> Iterator[None]:
         _formats.reset(before)
 
 
-@styled
+@_saved
 def save_figure(figure: Figure, stem: Path, *, own: bool = False) -> Path:
     """Write ``stem.png`` and ``stem.pdf``, or the formats of :func:`written_as`; returns the first.
 
@@ -177,7 +215,7 @@ def save_figure(figure: Figure, stem: Path, *, own: bool = False) -> Path:
     return paths[0]
 
 
-@styled
+@_saved
 def image_bytes(figure: Figure, form: str = "png") -> bytes:
     """The file of a figure, in a format."""
     file = BytesIO()
@@ -196,6 +234,16 @@ def broken(x: Real, y: Real) -> tuple[Real, Real]:
     beside = np.maximum(np.concatenate([[0.0], step[:-1]]), np.concatenate([step[1:], [0.0]]))
     jumps = np.flatnonzero((step > 0.1 * np.ptp(y)) & (step > 5 * beside)) + 1
     return np.insert(x, jumps, np.nan), np.insert(y, jumps, np.nan)
+
+
+def _few(values: np.ndarray, *, every: bool) -> np.ndarray:
+    """No more points than are seen: of kinds every so many, of numbers the means that antialiasing would take."""
+    steps = [max(n // _PIXELS, 1) for n in values.shape]
+    if every or max(steps) == 1:
+        return values[tuple(slice(None, None, step) for step in steps)]
+    whole = values[tuple(slice(n - n % step) for n, step in zip(values.shape, steps, strict=True))]
+    (nx, ny), (by_x, by_y) = whole.shape, steps
+    return np.asarray(whole.reshape(nx // by_x, by_x, ny // by_y, by_y).mean(axis=(1, 3)))
 
 
 def contact_image(axis: Axes, kinds: np.ndarray, period: tuple[float, float], alpha: float = 1.0) -> None:
@@ -226,8 +274,9 @@ def map_image(
     extent, (low, high) = (0, lengths[0], 0, lengths[1]), ends
     line = values.shape[0] == 1
     aspect: Any = "auto" if line else "equal"
+    drawn = _few(values, every="interpolation" in more)
     image = axis.imshow(
-        values.T, cmap=colours, vmin=low, vmax=high, origin="lower", extent=extent, aspect=aspect, **more
+        drawn.T, cmap=colours, vmin=low, vmax=high, origin="lower", extent=extent, aspect=aspect, **more
     )
     if line:
         axis.set_xticks([])

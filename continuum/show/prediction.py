@@ -20,11 +20,6 @@ from continuum.topography.map import Topography
 from continuum.topography.roughness import spectrum
 
 
-def prediction_sentence(prediction: Prediction) -> str:
-    """The statements of :func:`continuum.show.answer.statements` in one text."""
-    return ".  ".join(statements(prediction))
-
-
 def reading_order(sheets: list[Sheet]) -> list[Sheet]:
     """Sheets of a prediction in the order threshold, theories, numbers, and then their ingredients."""
     return [*sheets[3:], *sheets[:3]]

@@ -31,7 +31,8 @@ def overview(prediction: Prediction) -> Figure:
 
     Without a state, as of a line scan, the last panel is empty.
     """
-    figure, ((image, density), (curve, decided)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
+    figure, places = plot.four_panels()
+    (image, density), (curve, decided) = places
     corrected, threshold = prediction.mended or prediction, prediction.threshold
     whole = corrected.topographies[0] if corrected.no_map else corrected.facing
     _draw_map(image, whole, "gray" if threshold is not None and threshold.curve else "cividis")
@@ -55,6 +56,7 @@ def overview(prediction: Prediction) -> Figure:
     for axis in panels[:3]:
         if plot.labelled(axis):
             plot.legend_under(axis, _HALF)
+    plot.place_panels(figure, places)
     return figure
 
 
@@ -72,7 +74,7 @@ def _draw_map(axis: Axes, topography: Topography, colours: str = "cividis") -> N
     lengths = [length / size for length in topography.lengths]
     image = plot.map_image(axis, topography.heights / height, lengths, colours, (-most / height, most / height))
     # Inside the axes' own frame, so that it stays beside a map of any shape.
-    axis.figure.colorbar(image, cax=axis.inset_axes((1.04, 0, 0.05, 1)), label=f"height ({height_name})")
+    axis.figure.colorbar(image, cax=axis.inset_axes((1.03, 0, 0.04, 1)), label=f"height ({height_name})")
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
 
 
@@ -150,9 +152,9 @@ def _draw_deciding(axis: Axes, threshold: MapThreshold) -> str:
     else:
         deciding, lengths, name = _own_points(np.abs(state.deciding_heights(wall)), threshold)
         values, ends = np.log10(np.maximum(deciding / deciding.max(), 1e-9)), (-_DECADES, 0.0)
-        title, label = r"where it is decided: $|\partial w_c/\partial h|$", "logarithm, over the largest"
+        title, label = "where it is decided: $|dw_c/dh|$", "logarithm, over the largest"
     image = plot.map_image(axis, values, lengths, "magma_r", ends)
-    axis.figure.colorbar(image, cax=axis.inset_axes((1.04, 0, 0.05, 1)), label=label)
+    axis.figure.colorbar(image, cax=axis.inset_axes((1.03, 0, 0.04, 1)), label=label)
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
     return title
 
@@ -162,7 +164,8 @@ def fault_figure(prediction: Prediction) -> Figure:
     """The first faulty map: marks on the map, offsets of lines, spectra by direction, heights."""
     i = next(i for i, found in enumerate(prediction.findings) if found.faults)
     topography, found = prediction.topographies[i], prediction.findings[i]
-    figure, ((image, offsets), (spectra, heights)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
+    figure, places = plot.four_panels()
+    (image, offsets), (spectra, heights) = places
     _marks(image, topography, found)
     _offsets(offsets, topography, found)
     _spectra(spectra, topography)
@@ -174,6 +177,7 @@ def fault_figure(prediction: Prediction) -> Figure:
     plot.log_ticks(spectra, heights)
     for axis in (offsets, spectra, heights):
         plot.legend_under(axis, _HALF)
+    plot.place_panels(figure, places)
     return figure
 
 

@@ -8,7 +8,7 @@ from continuum.files import output
 from continuum.sheet import Entry, Sheet
 from continuum.show import plot
 from continuum.show.page import Page
-from continuum.show.prediction_data import as_csv
+from continuum.show.prediction_data import as_csv, row
 from continuum.sticky.study import SampleRank, Study
 
 _NOTE = (
@@ -99,7 +99,7 @@ def write_study(study: Study, folder: Path, name: str) -> list[Path]:
             "sample": spot.sample, "spot": spot.name, "files": ", ".join(spot.files),
             "w/w_c": spot.margin, "error": spot.error,
         }  # fmt: skip
-        spots.append(named | ({} if spot.found is None else spot.found.row()))
+        spots.append(named | ({} if spot.found is None else row(spot.found)))
     return [
         page.write(folder / f"{name}.html"),
         *(path for path, _ in drawn),

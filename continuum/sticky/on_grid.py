@@ -7,13 +7,13 @@ compared with the elastic response of one pixel.
 import numpy as np
 
 from continuum import units
-from continuum.model.fourier import Real
+from continuum.model.fourier import Real, padded, restrict
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.model.walls.attraction import attraction_on_core
-from continuum.topography.map import Topography, mirror
+from continuum.topography.map import Topography, mirrored, mirrored_spectrum
 
 SAFE = 2.0
 """Shortest wavelength that may snap, in pixels."""
@@ -55,14 +55,36 @@ def in_place_of(shortest: float, given: float) -> str:
     )
 
 
-def wall_of_map(topography: Topography, unit: float) -> tuple[Grid, Real]:
+def wall_of_map(topography: Topography, unit: float, most: int | None = None) -> tuple[Grid, Real]:
     """Grid and wall heights of a map, which is continued by its mirror images unless it is periodic.
 
-    Both are in a unit of length in m; the mean height is zero.
+    Both are in a unit of length in m; the mean height is zero.  If the grid has more than so many points, the heights
+    are the waves that a coarser one carries.
     """
-    closed = topography if topography.periodic else mirror(topography)
-    grid = Grid(closed.grid.shape, (closed.lengths[0] / unit, closed.lengths[1] / unit))
-    return grid, -(closed.heights - closed.heights.mean()) / unit
+    images, own = 1 if topography.periodic else 2, topography.grid
+    grid = Grid((images * own.shape[0], images * own.shape[1]),
+                (images * own.lengths[0] / unit, images * own.lengths[1] / unit))  # fmt: skip
+    coarse = grid if most is None else at_most(grid, most)
+    heights = -(topography.heights - topography.heights.mean()) / unit
+    if images == 2 and coarse is not grid:
+        return coarse, coarse.inverse(mirrored_spectrum(heights, coarse))
+    return coarse, waves_on(coarse, grid, mirrored(heights) if images == 2 else heights)
+
+
+def at_most(grid: Grid, most: int) -> Grid:
+    """The grid, or a coarser one of at most so many points."""
+    while grid.size > most and grid.coarser is not None:
+        grid = grid.coarser
+    return grid
+
+
+def waves_on(coarse: Grid, grid: Grid, heights: Real) -> Real:
+    """The waves of some heights that a coarser grid carries; the heights themselves if it is the same grid."""
+    if coarse is grid:
+        return heights
+    heights_q = padded(coarse.shape_q, np.complex128)
+    restrict(grid.forward(heights), heights_q)
+    return coarse.inverse(heights_q)
 
 
 def wall_on(grid: Grid, adhesion_length: float, reach: float) -> Wall:

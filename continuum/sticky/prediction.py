@@ -1,35 +1,63 @@
-"""The prediction for one contact: roughness, estimates of every theory, faults of the maps, solution, warnings.
+"""The prediction for one contact: roughness, estimates of every theory, faults of the maps, threshold, doubts, verdict.
 
-All numbers are in one consistent system of units: SI if they come from a file.  It combines the equations of
-:mod:`continuum.theory.paper` with the verdicts and ranges of :mod:`continuum.sticky.criteria`.
+The verdict is that of the threshold of the map (:mod:`continuum.sticky.threshold`), unless something leaves it open:
+faults, with which the map as measured has another answer, or which have no remedy; waves that were not measured; slopes
+for which the theory of small slopes does not hold.  Theories of roughness take no part.
+
+All numbers are in one consistent system of units: SI if they come from a file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Self, TypeVar
 
 import numpy as np
 
+from continuum import units
 from continuum.arguments import ArgumentError, instance, number
 from continuum.sticky.continuation import Continuation, continuation_of
-from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate
+from continuum.sticky.criteria import (
+    ANSWERS,
+    AREA,
+    LARGEST_SLOPE,
+    Answer,
+    Estimate,
+    RoughContact,
+    every_estimate,
+)
 from continuum.sticky.doubts import prediction_doubts
 from continuum.sticky.materials import Interface
 from continuum.sticky.probe import ProbePullOff, probe_doubts, probe_pull_off
 from continuum.sticky.search import find_threshold
 from continuum.sticky.threshold import Basis, MapThreshold, bounds
-from continuum.sticky.verdict import Verdict, verdict_of
 from continuum.theory import paper
-from continuum.topography.faults import Findings, MapFault, find_faults
+from continuum.theory.rough import threshold_share
+from continuum.topography.faults import NOT_GAUSSIAN, Findings, MapFault, find_faults
 from continuum.topography.map import Topography, opposed
 from continuum.topography.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
 
-if TYPE_CHECKING:
-    from continuum.sheet import Sheet
+_length = partial(units.readable, quantity="length", digits=3)
+_per_area = partial(units.readable, quantity="energy_per_area", digits=3)
+WIDE = 10.0
+"""Factor in the work of adhesion, toward the threshold, over which a verdict must hold if a fault has no remedy:
+moments of synthetic maps with such faults are off by factors of up to 4, and thresholds depend on powers of them of up
+to 5/3."""
+STEEPEST = 1.0
+"""rms slope above which no verdict is given.  The theory of small slopes neglects a part h'² of the elastic energy."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on a contact."""
+
+    answer: Answer
+    factor: float | None = None
+    """w over the threshold; None where that is not known."""
+    why: str = ""
+    """Why it is undecided, or what the answer takes into account, in one sentence."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +155,7 @@ class Prediction:
 
     def solved(
         self, threads: int = 1, search: bool | None = None, told: Callable[[str], None] = lambda text: None
-    ) -> Prediction:
+    ) -> Self:
         """The prediction with the threshold of its map, with faults corrected and as measured.
 
         Parameters
@@ -156,45 +184,6 @@ class Prediction:
         """The map of the contact, or both maps face to face."""
         return self.topographies[0] if len(self.topographies) == 1 else opposed(*self.topographies)
 
-    @property
-    def sentence(self) -> str:
-        from continuum.show.prediction import prediction_sentence
-
-        return prediction_sentence(self)
-
-    def sheets(self) -> list[Sheet]:
-        """Tables of surface, contact, verdicts and numbers."""
-        from continuum.show.prediction import prediction_sheets
-
-        return prediction_sheets(self)
-
-    def json(self) -> str:
-        """All results, with the whole spectrum, in SI units."""
-        from continuum.show.prediction_data import as_json
-
-        return as_json(self)
-
-    def row(self) -> dict[str, str | float | None]:
-        """One row of a table, in SI units."""
-        from continuum.show.prediction_data import row
-
-        return row(self)
-
-    def write(self, folder: str | Path, name: str) -> list[Path]:
-        """Write ``NAME.html`` and its figures; returns HTML and PNG files.
-
-        Raises
-        ------
-        OutputError
-            If they cannot be written there.
-        """
-        from continuum.show.prediction import write_prediction
-
-        return write_prediction(self, Path(folder), name)
-
-    def _repr_html_(self) -> str:
-        return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
-
 
 def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None) -> RoughContact:
     """Roughness and interface for the criteria; with λ_L if it is known."""
@@ -210,12 +199,16 @@ def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None)
     )
 
 
+Kind = TypeVar("Kind", bound=Prediction)
+
+
 def prediction_of(
     topographies: Sequence[Topography],
     interface: Interface,
     smallest: float | None = None,
     tip: float | None = None,
-) -> Prediction:
+    kind: type[Kind] = Prediction,  # type: ignore[assignment]  # https://github.com/python/mypy/issues/3737
+) -> Kind:
     """Analyse one topography, or two that face each other, without detrending them.
 
     Parameters
@@ -223,6 +216,7 @@ def prediction_of(
     smallest : wavelength to which the spectrum is continued; None for two atoms, or if their spacing is unknown two
         ranges of attraction.
     tip : radius of the tip that measured the maps; None if unknown.
+    kind : class of the result: that of the front door shows itself, too.
     """
     instance("interface", interface, Interface)
     for name, length in (("smallest", smallest), ("tip", tip)):
@@ -236,7 +230,7 @@ def prediction_of(
         instance("topographies", one, Topography)
     findings = tuple(find_faults(topography) for topography in topographies)
     smallest = 2 * (interface.spacing or interface.range) if smallest is None else smallest
-    predicted = partial(_predicted, interface=interface, findings=findings, smallest=smallest, tip=tip)
+    predicted = partial(_predicted, interface=interface, findings=findings, smallest=smallest, tip=tip, kind=kind)
     found = predicted(topographies)
     better = [looked.mended or topography for topography, looked in zip(topographies, findings, strict=True)]
     if all(one is other for one, other in zip(better, topographies, strict=True)):
@@ -250,7 +244,8 @@ def _predicted(
     findings: tuple[Findings, ...],
     smallest: float,
     tip: float | None,
-) -> Prediction:
+    kind: type[Kind],
+) -> Kind:
     analysed = [roughness_of(topography) for topography in topographies]
     roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
     # A spectrum from bands of lines has reliable moments, but no reliable exponent.
@@ -263,7 +258,7 @@ def _predicted(
     contact = rough_contact(roughness.whole, interface, roll_off)
     estimates = every_estimate(contact)
     warnings = prediction_doubts(topographies, analysed, fits, roughness, contact)
-    return Prediction(
+    return kind(
         tuple(topographies),
         roughness,
         fits,
@@ -274,3 +269,91 @@ def _predicted(
         findings,
         continuation_of(topographies, analysed, smallest, tip),
     )
+
+
+def verdict_of(prediction: Prediction) -> Verdict:
+    """The verdict on a contact, including faults of its maps and unmeasured waves."""
+    found, work = prediction.threshold, prediction.contact.work_of_adhesion
+    if found is None:
+        return Verdict("undecided", None, "the map was not solved")
+    factor = work / found.work if found.work > 0 else None
+    if impossible := [f"{one.text}: {one.excludes}" for one in prediction.excluding if one.kind != NOT_GAUSSIAN]:
+        return Verdict("undecided", factor, impossible[0])
+    sticky = found.sticky(work)
+    if sticky is None:
+        between = f"w = {_per_area(work)} lies between {_per_area(found.low)} and {_per_area(found.high)}"
+        return Verdict("undecided", factor, "; ".join((between, *found.why)))
+    why = next((text for leaves_open in _OPEN for text in leaves_open(prediction, sticky)), None)
+    return Verdict(ANSWERS[sticky], factor) if why is None else Verdict("undecided", factor, why)
+
+
+def _steep(prediction: Prediction, sticky: bool) -> Iterator[str]:
+    """Slopes for which the elastic energy, and with it the threshold, is off by more than leaves the answer."""
+    slope = (prediction.mended or prediction).contact.rms_slope
+    if slope > STEEPEST:
+        yield f"an rms slope of {slope:.3g} is not small"
+    elif slope > LARGEST_SLOPE and not _holds(prediction, sticky, 1 + slope**2):
+        yield f"an rms slope of {slope:.3g} is not small: the threshold is open by a factor of {1 + slope**2:.3g}"
+
+
+def _mended(prediction: Prediction, sticky: bool) -> Iterator[str]:
+    """Faults with a remedy, if the map as measured has another answer."""
+    measured, found, work = prediction.threshold_as_measured, prediction.threshold, prediction.contact.work_of_adhesion
+    if measured is not None and found is not None and measured.sticky(work) is not sticky:
+        yield (
+            f"as measured the threshold is {_per_area(measured.work)}, with the faults corrected "
+            f"{_per_area(found.work)}: the answers differ"
+        )
+
+
+def _hopeless(prediction: Prediction, sticky: bool) -> Iterator[str]:
+    """Faults of the heights without remedy, if the answer does not hold far from the threshold."""
+    kinds = " and ".join(fault.kind for fault in prediction.faults if fault.of_the_heights and not fault.remedy)
+    if kinds and not _holds(prediction, sticky, WIDE):
+        toward = "less" if sticky else "more"
+        yield f"{kinds}, without remedy: a verdict would have to hold at {WIDE:g} times {toward} w"
+
+
+def _unmeasured(prediction: Prediction, sticky: bool) -> Iterator[str]:
+    """Waves that were not measured, or not pressed, if they change the answer."""
+    waves, shift = (prediction.mended or prediction).continuation, unmeasured_shift(prediction)
+    if prediction.threshold is None or shift is None or _holds(prediction, sticky, shift if sticky else 1 / shift):
+        return
+    missing = f"waves below {_length(prediction.threshold.left_out)} were left out, and with them"
+    if waves is not None:
+        missing = (
+            f"waves below {_length(waves.measured)} were not measured, and with the spectrum continued to "
+            f"{_length(waves.smallest)}"
+        )
+    yield f"{missing} the threshold is {shift:.2g} times as large{': measure them' if waves is not None else ''}"
+
+
+_OPEN: tuple[Callable[[Prediction, bool], Iterator[str]], ...] = (_mended, _hopeless, _steep, _unmeasured)
+"""What leaves an answer open, the gravest first."""
+
+
+def _holds(prediction: Prediction, sticky: bool, factor: float) -> bool:
+    """Whether an answer holds with a threshold so many times nearer to, or beyond, the work of adhesion."""
+    assert prediction.threshold is not None
+    work = prediction.contact.work_of_adhesion
+    return prediction.threshold.sticky(work / factor if sticky else work * factor) is sticky
+
+
+def unmeasured_shift(prediction: Prediction) -> float | None:
+    """Factor by which waves that were not measured, or left out, change the threshold, by the law of the spectrum.
+
+    None where nothing is missing, or nothing is known of it.
+    """
+    corrected = prediction.mended or prediction
+    left_out = 0.0 if prediction.threshold is None else prediction.threshold.left_out
+    whole = known = corrected.contact
+    if corrected.continuation is not None:
+        whole = corrected.continuation.contact(known)
+    if left_out:
+        cut = corrected.roughness.cut(left_out)
+        energy = cut.conformal_energy * known.contact_modulus
+        known = replace(known, rms_height=cut.moments.rms_height, conformal_energy=energy)
+    if whole is known or known.conformal_energy is None or whole.conformal_energy is None:
+        return None
+    shares = [threshold_share(one.range / one.rms_height) for one in (known, whole)]
+    return whole.conformal_energy * shares[1] / (known.conformal_energy * shares[0])

@@ -13,7 +13,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,9 +21,6 @@ from continuum.errors import InputError
 from continuum.sticky.criteria import Answer
 from continuum.sticky.prediction import Prediction
 from continuum.topography.quantities import PER_MAP
-
-if TYPE_CHECKING:
-    from continuum.sheet import Sheet
 
 TABLE = "study.csv"
 """Name of the table of files in a folder."""
@@ -114,27 +110,6 @@ class Study:
     def unusable(self) -> tuple[Spot, ...]:
         """Spots of which a file could not be used."""
         return tuple(spot for spot in self.spots if spot.error)
-
-    def sheets(self) -> list[Sheet]:
-        """The ranking, and its spots."""
-        from continuum.show.study import study_sheets
-
-        return study_sheets(self)
-
-    def write(self, folder: str | Path, name: str) -> list[Path]:
-        """Write ``NAME.html`` with its figure, and ``NAME.csv`` and ``NAME-spots.csv``; returns their paths.
-
-        Raises
-        ------
-        OutputError
-            If they cannot be written there.
-        """
-        from continuum.show.study import write_study
-
-        return write_study(self, Path(folder), name)
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
 
 def scans(folder: Path, pattern: str | None = None, without: Path | None = None) -> list[Scan]:

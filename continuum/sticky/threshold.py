@@ -22,7 +22,7 @@ import numpy as np
 
 from continuum import units
 from continuum.arguments import instance
-from continuum.model.fourier import Real, padded, restrict
+from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import moments
@@ -34,7 +34,15 @@ from continuum.path.threshold import PressedState, Threshold, on_core
 from continuum.solve.solution import Settings
 from continuum.sticky.criteria import AREA, RoughContact
 from continuum.sticky.materials import Interface
-from continuum.sticky.on_grid import CORE_STIFFNESS, shortest_range, solver_doubts, wall_of_map, wall_on
+from continuum.sticky.on_grid import (
+    CORE_STIFFNESS,
+    at_most,
+    shortest_range,
+    solver_doubts,
+    wall_of_map,
+    wall_on,
+    waves_on,
+)
 from continuum.theory.rough import generalised_tabor, threshold_share
 from continuum.topography.map import Topography
 from continuum.topography.roughness import stencil_moments
@@ -184,19 +192,10 @@ class PressedMap:
     @cached_property
     def problem(self) -> ContactProblem:
         """The contact on at most :data:`FINEST` points."""
-        grid, heights = wall_of_map(self.topography, self.unit)
-        return self._on(grid, heights, FINEST)
+        return self._on(*wall_of_map(self.topography, self.unit, FINEST))
 
-    def _on(self, grid: Grid, heights: Real, most: int) -> ContactProblem:
-        """The contact on the waves that a grid of so many points carries."""
-        coarse = grid
-        while coarse.size > most and coarse.coarser is not None:
-            coarse = coarse.coarser
-        if coarse is not grid:
-            heights_q = padded(coarse.shape_q, np.complex128)
-            restrict(grid.forward(heights), heights_q)
-            heights = coarse.inverse(heights_q)
-        return ContactProblem(coarse, HardWall(), heights, self.interface.substrate(self.unit))
+    def _on(self, grid: Grid, heights: Real) -> ContactProblem:
+        return ContactProblem(grid, HardWall(), heights, self.interface.substrate(self.unit))
 
     @cached_property
     def slope(self) -> float:
@@ -224,7 +223,9 @@ class PressedMap:
         """The state on at most :data:`LINEAR` points, from which w_c/w_DMT is known."""
         if self.problem.grid.size <= LINEAR:
             return _Level(self.problem, self.hard)
-        problem = self._on(self.problem.grid, self.problem.heights, LINEAR)
+        grid = self.problem.grid
+        coarse = at_most(grid, LINEAR)
+        problem = self._on(coarse, waves_on(coarse, grid, self.problem.heights))
         return _Level(problem, self._pressed(problem))
 
     def _more(self, reach: float) -> float:

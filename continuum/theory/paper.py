@@ -55,20 +55,6 @@ def kappa_att(rms_slope: float, range: float, adhesion_length: float, area_ratio
     return np.inf if adhesion_length == 0 else rms_slope * range / adhesion_length * area_ratio
 
 
-def renormalised_kappa(kappa_rep: float, kappa_att: float) -> float:
-    """κ of N/A_rep = h' E*/κ with adhesion: 1/κ = 1/κ_rep - 1/κ_att.  Negative: sticky; infinite at the onset."""
-    inverse = 1 / kappa_rep - 1 / kappa_att
-    return np.inf if inverse == 0 else 1 / inverse
-
-
-def stiffness_reduction(kappa_rep: float, kappa_att: float) -> float:
-    """Factor κ_rep/κ by which adhesion lowers the load and the normal stiffness dN/du, at given separation.
-
-    For surfaces that are not sticky.
-    """
-    return 1 - kappa_rep / kappa_att
-
-
 def area_ratio(rms_slope: float, diameter: float, range: float) -> float:
     """A_rep/A_att = d_rep/(π d_att) = (16/9π)^(1/3) (h' d_rep/(π Δr))^(2/3), Eq. (4).
 
@@ -129,22 +115,6 @@ def attraction_width(rms_slope: float, diameter: float, range: float) -> float:
         d_att/d_rep = (3Δr/(4 h' d_rep))^(2/3)
     """
     return float(diameter * np.cbrt(0.75 * range / (rms_slope * diameter)) ** 2)
-
-
-def attractive_load(
-    attraction: Callable[[float], float], rms_slope: float, diameter: float, cutoff: float = np.inf
-) -> float:
-    """Attraction per length of perimeter, ∫ p(Δ(x)) dx with the gap of Eq. (S-1), Eq. (S-3).
-
-    Equal to w d_att/Δr for the effective range Δr of Eq. (S-5): that is its definition, Eq. (S-4).  Attraction and
-    cut-off are those of :func:`effective_range`.
-    """
-    # x grows as Δ^(2/3): with Δ = s³, dx/ds is linear and nothing is singular at contact.
-    scale = attraction_width(rms_slope, diameter, 1.0)
-    end = np.cbrt(cutoff)
-    return float(
-        scipy.integrate.quad(lambda s: 2 * s * scale * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0]
-    )
 
 
 @dataclass(frozen=True)
@@ -233,11 +203,6 @@ def maugis_parameter(radius: float, adhesion_length: float, range: float) -> flo
     The same number as :attr:`continuum.theory.smooth.MaugisDugdale.parameter`.
     """
     return float(np.cbrt(9 * radius * adhesion_length**2 / (2 * np.pi)) / range)
-
-
-def spline_adhesion_length(range: float, spacing: float = 1.0) -> float:
-    """Length l_a = w/E* = Δr²/(24 a0) of the paper's law with k = E* a0/2; the paper's Methods."""
-    return range**2 / (24 * spacing)
 
 
 def effective_range(attraction: Callable[[float], float], cutoff: float = np.inf) -> float:

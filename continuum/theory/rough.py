@@ -1,4 +1,4 @@
-"""Other theories of rough contact: Persson, Greenwood and Williamson, Fuller and Tabor, and the energy of full contact.
+"""Other theories of rough contact: Persson, Fuller and Tabor, bearing area, and the energy of full contact.
 
 Independent of the solver.  Any consistent units; E* = 1 unless given.  The range of validity of each is in
 :mod:`continuum.sticky.criteria`.
@@ -6,7 +6,6 @@ Independent of the solver.  Any consistent units; E* = 1 unless given.  The rang
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -29,43 +28,6 @@ def persson_area(pressure: float, rms_slope: float, contact_modulus: float = 1.0
     Exact at full contact; at small load about 20 % below simulation.
     """
     return float(scipy.special.erf(np.sqrt(2) * pressure / (rms_slope * contact_modulus)))
-
-
-@dataclass(frozen=True)
-class GreenwoodWilliamson:
-    """Independent spherical asperities of one radius with Gaussian heights (Proc. R. Soc. A 295, 300 (1966)).
-
-    Without elastic interaction: for contacts far from one another.
-
-    Parameters
-    ----------
-    density : number of summits per area.
-    radius : R of each summit.
-    rms_height : rms height of the summits.
-    contact_modulus : E*.
-    """
-
-    density: float
-    radius: float
-    rms_height: float
-    contact_modulus: float = 1.0
-
-    def _moment(self, power: float, separation: float) -> float:
-        """Mean of (z - d)^power over the summits above d."""
-        start = separation / self.rms_height
-        # u = t² takes the half-integer powers away; the exponent of the start is put back afterwards.
-        value = scipy.integrate.quad(
-            lambda t: t ** (2 * power + 1) * np.exp(-(t**4) / 2 - start * t * t), 0, np.inf, epsabs=0
-        )[0]
-        return float(self.rms_height**power * 2 * value * np.exp(-(start**2) / 2) / np.sqrt(2 * np.pi))
-
-    def area(self, separation: float) -> float:
-        """A/A0 = n π R <z - d>, d above the mean height of the summits."""
-        return np.pi * self.density * self.radius * self._moment(1.0, separation)
-
-    def pressure(self, separation: float) -> float:
-        """N/A0 = (4/3) E* n sqrt(R) <(z - d)^(3/2)>."""
-        return float(4 / 3 * self.contact_modulus * self.density * np.sqrt(self.radius) * self._moment(1.5, separation))
 
 
 def asperity_limit(work_of_adhesion: float, rms_height: float) -> float:

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from continuum.arguments import instance
-from continuum.topography.map import Topography
+from continuum.topography.map import Topography, once
 
 
 class ArealParameters(NamedTuple):
@@ -27,23 +26,25 @@ class ArealParameters(NamedTuple):
     """Developed area over the projected one, less one."""
 
 
+@once
 def areal_parameters(topography: Topography) -> ArealParameters:
     """The parameters of a map; gradients and areas are those of the triangles between neighbouring points.
 
     Raises ArgumentError if it is no topography.
     """
-    heights = instance("topography", topography, Topography).heights
+    heights = topography.heights
     z = heights - heights.mean()
     along_x, along_y = (np.diff(z, axis=axis) / topography.grid.spacing[axis] for axis in (0, 1))
     # Two triangles between four points, each with an edge along x and one along y.
     squares = np.concatenate([along_x[:, :-1] ** 2 + along_y[:-1] ** 2, along_x[:, 1:] ** 2 + along_y[1:] ** 2])
-    rms = float(np.sqrt(np.mean(z**2)))
+    square = z * z
+    rms = float(np.sqrt(square.mean()))
     return ArealParameters(
         Sq=rms,
         Sa=float(np.abs(z).mean()),
         Sz=float(np.ptp(z)),
-        Ssk=float(np.mean((z / rms) ** 3)),
-        Sku=float(np.mean((z / rms) ** 4)),
+        Ssk=float(np.mean(square * z)) / rms**3,
+        Sku=float(np.mean(square * square)) / rms**4,
         Sdq=float(np.sqrt(squares.mean())),
         Sdr=float(np.mean(np.sqrt(1 + squares)) - 1),
     )

@@ -17,15 +17,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy
 
 from continuum import units
-from continuum.arguments import instance
 from continuum.model.fourier import Real
-from continuum.topography.map import FLAT, Topography, TopographyError
+from continuum.topography.map import FLAT, Topography, TopographyError, once
 from continuum.topography.mending import background, cut_off, detrend, fill_outliers
 from continuum.topography.roughness import Fit, Roughness, fit_self_affine, level_floor, roughness_of, spectrum
 from continuum.topography.scanlines import DIRECTED, Mask, ScanLines, raised, scan_lines, spikes
@@ -136,9 +134,10 @@ class Findings:
     """The corrected map, if there are remedies: the verdict on it is compared with that on the faulty map."""
 
 
+@once
 def directions(topography: Topography) -> Directions:
     """Slopes and curvatures by direction, from differences of neighbouring heights."""
-    h, (dx, dy) = instance("topography", topography, Topography).heights, topography.grid.spacing
+    h, (dx, dy) = topography.heights, topography.grid.spacing
     sx, sy = np.diff(h, axis=0) / dx, np.diff(h, axis=1) / dy
     # In the middle of four points both are known.
     mx, my = (sx[:, 1:] + sx[:, :-1]) / 2, (sy[1:] + sy[:-1]) / 2
@@ -152,18 +151,9 @@ def directions(topography: Topography) -> Directions:
     )
 
 
+@once
 def find_faults(topography: Topography) -> Findings:
-    """Look for all faults of a map, in the order in which they are corrected; once, as it takes long."""
-    if (found := _FOUND.get(instance("topography", topography, Topography))) is None:
-        found = _FOUND[topography] = _find_faults(topography)
-    return found
-
-
-_FOUND = WeakKeyDictionary[Topography, Findings]()
-"""What was found on the maps that are in use."""
-
-
-def _find_faults(topography: Topography) -> Findings:
+    """Look for all faults of a map, in the order in which they are corrected."""
     lines = scan_lines(topography.heights)
     marks = Marks(lines, spikes(topography.heights) & ~scipy.ndimage.binary_dilation(lines.scars, iterations=2))
     faults, clean = _looked_for(LEVELLING, topography, marks)
@@ -264,19 +254,21 @@ def _grooves(lines: ScanLines, text: str) -> MapFault:
 
 
 def _tilt(topography: Topography, marks: Marks) -> MapFault | None:
-    plane = float(np.var(background(topography, 1)[0]) / np.var(topography.heights))
-    if topography.periodic or plane < BACKGROUND_SHARE:
+    plane = 0.0 if topography.periodic else float(np.var(background(topography, 1)[0]) / np.var(topography.heights))
+    if plane < BACKGROUND_SHARE:
         return None
     return MapFault("tilt", f"{100 * plane:.0f} % of the variance of heights is a plane", {"detrend": "plane"})
 
 
 def _bow(topography: Topography, marks: Marks) -> MapFault | None:
+    if topography.periodic:
+        return None
     plane, bowl = (float(np.var(background(topography, degree)[0])) for degree in (1, 2))
     whole = float(np.var(topography.heights))
     left = whole - plane
     # If the map is a plane, only rounding errors are left.
     share = (bowl - plane) / left if left > FLAT * whole else 0.0
-    if topography.periodic or share < BACKGROUND_SHARE:
+    if share < BACKGROUND_SHARE:
         return None
     text = f"{100 * share:.0f} % of the variance of heights is a paraboloid: the bow of a scanner, the shape of the "
     return MapFault("bow", text + "part, or waves longer than the map", {"detrend": "curvature"})

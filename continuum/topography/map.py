@@ -5,17 +5,18 @@ Heights are in m, positive out of the body, so that the summits that touch first
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import Any, Self
+from functools import cached_property, wraps
+from typing import Any, Self, TypeVar
 
 import numpy as np
+import scipy
 
 from continuum import units
 from continuum.arguments import array, count, flag, instance, number, pair
 from continuum.errors import InputError
-from continuum.model.fourier import Real
+from continuum.model.fourier import Complex, Real
 from continuum.model.grid import Grid
 
 FEWEST = 16
@@ -37,19 +38,21 @@ class TopographyError(InputError, ValueError):
 def heights_of(name: str, value: Any) -> Real:
     """A copy of an array of real numbers as heights; masked points, which are missing, become NaN."""
     heights = np.array(array(name, value), dtype=np.float64)
-    heights[np.ma.getmaskarray(value)] = np.nan
+    if np.ma.is_masked(value):
+        heights[np.ma.getmaskarray(value)] = np.nan
     return heights
 
 
 def fault_of(heights: Real, lengths: Sequence[float]) -> str:
     """Why heights of this size are not a measurement; empty if they are."""
-    missing = np.count_nonzero(~np.isfinite(heights))
-    if missing:
+    low, high = heights.min(), heights.max()  # NaN where a height is
+    if not np.isfinite(high - low):
+        missing = np.count_nonzero(~np.isfinite(heights))
         of = f"{missing} of {heights.size} heights are missing or not finite"
         return of if missing == heights.size else f"{of}: `fill` the holes, or `crop` a part without holes"
-    if np.abs(heights).max() > _LARGEST:
+    if max(high, -low) > _LARGEST:
         return f"heights of more than {_LARGEST:g} m: probably in another unit, or not heights"
-    if np.ptp(heights) <= max(FLAT * np.abs(heights).max(), _NOTHING):
+    if high - low <= max(FLAT * max(high, -low), _NOTHING):
         return "all heights are equal: not a measured surface, or the wrong channel of the file"
     if not all(_SMALLEST <= length <= _LARGEST for length in lengths):
         size = " x ".join(f"{length:g}" for length in lengths)
@@ -93,6 +96,7 @@ class Topography:
     filled: bool = False
     bands: Bands | None = field(default=None, repr=False)
     read: Real = field(default_factory=lambda: np.empty((0, 0)), repr=False)
+    _measured: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         instance("source", self.source, str, "a text")
@@ -139,16 +143,48 @@ class Topography:
         return replace(self, heights=heights, steps=(*self.steps, step), **changes)
 
 
+Measured = TypeVar("Measured")
+
+
+def once(measure: Callable[[Topography], Measured]) -> Callable[[Topography], Measured]:
+    """Keep what is measured on a map with the map, whose heights do not change; ArgumentError if it is none."""
+
+    @wraps(measure)
+    def kept(topography: Topography) -> Measured:
+        known = instance("topography", topography, Topography)._measured
+        if measure not in known:
+            known[measure] = measure(topography)
+        found: Measured = known[measure]
+        return found
+
+    return kept
+
+
 def mirror(topography: Topography) -> Topography:
     """A periodic map of four times the area: the map and its mirror images.
 
     It is continuous, unlike the repeated map, and loses nothing to a window; slopes jump at the mirrors.
     """
-    heights = instance("topography", topography, Topography).heights
-    for axis in (0, 1):
-        heights = np.concatenate([heights, np.flip(heights, axis)], axis)
+    heights = mirrored(instance("topography", topography, Topography).heights)
     lengths = (2 * topography.lengths[0], 2 * topography.lengths[1])
     return topography.after(heights, "continued by its mirror images", lengths=lengths, periodic=True)
+
+
+def mirrored(heights: Real) -> Real:
+    """Heights with their mirror images, of twice as many points in each direction."""
+    return np.block([[heights, heights[:, ::-1]], [heights[::-1], heights[::-1, ::-1]]])
+
+
+def mirrored_spectrum(heights: Real, coarse: Grid) -> Complex:
+    """Half spectrum on a coarser grid of a map with its mirror images, without its Nyquist modes.
+
+    By a cosine transform of the map itself, a quarter of the points; the grid has the period of the images.
+    """
+    amplitude = scipy.fft.dctn(heights)
+    (m, n), (nx, ny) = coarse.mode_numbers, heights.shape
+    kept: Complex = amplitude[np.abs(m), n] * np.exp(0.5j * np.pi * (m / nx + n / ny)) / (4 * heights.size)
+    kept[coarse.shape[0] // 2] = kept[:, -1] = 0
+    return kept
 
 
 def opposed(first: Topography, second: Topography) -> Topography:

@@ -79,16 +79,14 @@ def background(topography: Topography, degree: Literal[1, 2]) -> tuple[Real, tup
     """
     heights = instance("topography", topography, Topography).heights
     spacing = topography.grid.spacing
-    x, y = (
-        np.expand_dims((np.arange(n) - (n - 1) / 2) * d, 1 - i)
-        for i, (n, d) in enumerate(zip(heights.shape, spacing, strict=True))
-    )
-    slopes = tuple(float(np.sum(heights * one) / np.sum(one**2 * np.ones(heights.shape))) for one in (x, y))
-    fitted: Real = slopes[0] * x + slopes[1] * y
+    x, y = ((np.arange(n) - (n - 1) / 2) * d for n, d in zip(heights.shape, spacing, strict=True))
+    along, across = np.ones_like(x), np.ones_like(y)
+    terms = [(x, across), (along, y)]
     if degree == 2:
-        for term in (x**2 - np.mean(x**2), y**2 - np.mean(y**2), x * y):
-            fitted = fitted + float(np.sum(heights * term) / np.sum(term**2 * np.ones(heights.shape))) * term
-    return fitted, (slopes[0], slopes[1])
+        terms += [(x**2 - np.mean(x**2), across), (along, y**2 - np.mean(y**2)), (x, y)]
+    parts = [float(f @ heights @ g / (f @ f) / (g @ g)) for f, g in terms]
+    fitted: Real = np.sum([part * f[:, None] * g for part, (f, g) in zip(parts, terms, strict=True)], axis=0)
+    return fitted, (parts[0], parts[1])
 
 
 def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, float, float, float]) -> Real:

@@ -11,14 +11,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from continuum.arguments import ArgumentError, array, count, flag, instance, number, pair
 from continuum.arguments import field as map_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.surface import Moments, moments, power_spectrum
+from continuum.model.surface import Moments, power_spectrum
 from continuum.theory.rough import conformal_energy
-from continuum.topography.map import Bands, Topography, mirror
+from continuum.topography.map import Bands, Topography, once
 
 BANDS_PER_DECADE = 12
 """Number of the logarithmic bands in which spectra are averaged."""
@@ -130,12 +131,13 @@ def windowed(topography: Topography) -> Real:
     return window * (heights - np.sum(window * heights) / np.sum(window))
 
 
+@once
 def spectrum(topography: Topography) -> tuple[Real, Real]:
     """Radially averaged power spectral density (:func:`continuum.model.surface.power_spectrum`), up to Nyquist.
 
     Returns wavenumbers and C(q); h_rms² = ∫ C d²q.
     """
-    if (bands := instance("topography", topography, Topography).bands) is not None:
+    if (bands := topography.bands) is not None:
         edges, c = _fine(bands)
         return np.sqrt(edges[1:] * edges[:-1])[c > 0], c[c > 0]
     q, c = power_spectrum(topography.grid, windowed(topography))
@@ -184,22 +186,32 @@ def _roughness_of_bands(bands: Bands, topography: Topography) -> Roughness:
     )  # fmt: skip
 
 
+def _energy_of_mirrored(topography: Topography) -> float:
+    """Energy of full contact of a map with its mirror images, for E* = 1: a cosine transform of the map itself.
+
+    A window would reduce the longest waves, which carry the energy; mirror images keep them.
+    """
+    heights = topography.heights - topography.heights.mean()
+    amplitude = scipy.fft.dctn(heights, norm="ortho", overwrite_x=True)
+    qx, qy = (np.pi * np.arange(n) / length for n, length in zip(heights.shape, topography.lengths, strict=True))
+    return conformal_energy(np.hypot(qx[:, None], qy), amplitude**2 / heights.size)
+
+
+@once
 def roughness_of(topography: Topography) -> Roughness:
     """Statistics of a detrended topography."""
-    if (bands := instance("topography", topography, Topography).bands) is not None:
+    if (bands := topography.bands) is not None:
         return _roughness_of_bands(bands, topography)
     grid, heights = topography.grid, topography.heights
     weighted = windowed(topography)
     power_q = np.abs(grid.forward(weighted)) ** 2 * grid.mode_weights
     q = grid.wavenumber.ravel()
-    order = np.argsort(q, kind="stable")[1:]  # q = 0 is a mean, not roughness
+    order = np.argsort(q)[1:]  # q = 0 is a mean, not roughness
     wavenumber, power = q[order], power_q.ravel()[order]
-    spectral, stencil = moments(grid, weighted), stencil_moments(grid, heights, topography.periodic)
+    stencil = stencil_moments(grid, heights, topography.periodic)
+    spectral = Moments(*(float(np.sqrt(np.sum(wavenumber**exponent * power))) for exponent in (0, 2, 4)))
     whole = spectral if topography.periodic else stencil
-    # The window reduces the longest waves, which carry the energy; mirror images keep them.
-    closed = topography if topography.periodic else mirror(topography)
-    power_q = np.abs(closed.grid.forward(closed.heights)) ** 2 * closed.grid.mode_weights
-    energy = conformal_energy(closed.grid.wavenumber, power_q)
+    energy = conformal_energy(wavenumber, power) if topography.periodic else _energy_of_mirrored(topography)
 
     def share(exponent: int, total: float) -> Real:
         weights = wavenumber**exponent * power

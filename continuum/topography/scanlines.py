@@ -118,6 +118,8 @@ def spikes(heights: Real) -> Mask:
     bend = _across(heights, 0), _across(heights, 1)
     far = [np.abs(b) > FAR * max(_spread(b), 1e-300) for b in bend]
     both = far[0] & far[1] & (bend[0] * bend[1] > 0)
+    if not both.any():
+        return both
     length = np.ones((LONGEST_SPIKE + 1, 1), dtype=bool)
     wide = scipy.ndimage.binary_opening(both, length) | scipy.ndimage.binary_opening(both, length.T)
     found = both & ~wide
@@ -148,7 +150,8 @@ def _scars(heights: Real, axis: int) -> Mask:
     run = np.ones((LONGEST_SPIKE + 1, 1) if axis == 0 else (1, LONGEST_SPIKE + 1), dtype=bool)
     mask = np.zeros(heights.shape, dtype=bool)
     for side in (bend > limit, bend < -limit):
-        mask |= scipy.ndimage.binary_opening(side, run)
+        if side.any():
+            mask |= scipy.ndimage.binary_opening(side, run)
     if not mask.any():
         return mask
     # The lines beside a scar bend half as much the other way, and are not scars.

@@ -16,9 +16,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from continuum.arguments import instance
 from continuum.model.fourier import Real
-from continuum.topography.map import Topography
+from continuum.topography.map import Topography, once
 
 TENTH = 0.1
 """Share of the points in the upper and in the lower part; 1 % of the area touches, and a larger part attracts."""
@@ -80,9 +79,10 @@ def excess(share: float) -> float:
     return float(np.exp(-(edge**2) / 2) / np.sqrt(2 * np.pi)) / share - edge
 
 
+@once
 def summits_of(topography: Topography) -> Summits:
     """Compare the upper tenth of a map with its lower tenth and with that of a Gaussian surface."""
-    h = instance("topography", topography, Topography).heights
+    h = topography.heights
     heights = (h - h.mean()) / h.std()
     low, high = (float(q) for q in np.quantile(heights, (TENTH, 1 - TENTH)))
     edges = [np.linspace(1, n - 1, BLOCKS + 1).astype(int) for n in heights.shape]
@@ -107,7 +107,9 @@ def _sums(h: Real, spacing: tuple[float, float], low: float, high: float) -> lis
     )
     slope = (left**2 + right**2 + back**2 + front**2) / 2
     bend = (left + right) / spacing[0] + (back + front) / spacing[1]
-    found = [float(np.sum(inner**power)) for power in range(5)]
+    square = inner * inner
+    powers = (inner, square, square * inner, square * square)
+    found = [float(inner.size), *(float(one.sum()) for one in powers)]
     for part in (inner >= high, inner <= low):
         found += [float(part.sum()), *(float(np.sum(one[part])) for one in (inner, slope, bend, bend**2))]
     return found

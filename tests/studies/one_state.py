@@ -32,8 +32,8 @@ from continuum.model.walls import LennardJonesSpline, Wall, attraction_on_core
 from continuum.path.threshold import PressedState, Threshold, press_without_adhesion
 from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import NotConvergedError
-from continuum.theory.persson import PerssonContact
 from continuum.theory.smooth import tabor_parameter
+from tests.persson import PerssonContact
 
 FILE = Path(__file__).parents[2] / "docs" / "measured" / "one-state.csv"
 HEIGHT, CORE = 0.125, 5.0

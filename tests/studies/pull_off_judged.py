@@ -19,7 +19,7 @@ from scipy.stats import t
 from continuum.paper.points import ENOUGH
 from continuum.show import plot
 from continuum.sticky.criteria import CRITERIA, RoughContact
-from continuum.theory.persson import PerssonContact
+from tests.persson import PerssonContact
 from tests.studies.judgement import BETTER, BIAS, SCATTER, TOO_BIASED, TOO_MUCH, Mean, scatter
 from tests.studies.law import Real
 

@@ -1,6 +1,6 @@
 """Two theories without a free parameter beside every threshold on record: `python -m tests.studies.rivals`.
 
-Persson and Scaraggi's weak adhesion and the bearing area for any spectrum (:mod:`continuum.theory.persson`), and the
+Persson and Scaraggi's weak adhesion and the bearing area for any spectrum (:mod:`tests.persson`), and the
 law of docs/law.md, against w at the threshold of docs/measured/law.csv (period 8 λ_L) and
 tests/studies/record/record.csv (period 2 λ_L).
 """
@@ -16,7 +16,7 @@ from pandas import DataFrame, concat, read_csv
 
 from continuum.model.walls.attraction import Shape, attraction_on_core
 from continuum.sheet import Sheet
-from continuum.theory.persson import PerssonContact
+from tests.persson import PerssonContact
 from tests.studies.judgement import MEASURED
 from tests.studies.law import fit, thresholds
 

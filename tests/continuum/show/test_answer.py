@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 import continuum
 import continuum.cli
+from continuum.front.predict import Prediction
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
@@ -23,7 +24,7 @@ from continuum.show.answer import _range_and_heights, statements, times
 from continuum.show.prediction_data import row
 from continuum.show.prediction_figures import overview
 from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import Prediction, prediction_of
+from continuum.sticky.prediction import prediction_of
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.threshold import RANGES, Basis, MapThreshold, RangePoint
 from continuum.topography import faults
@@ -40,7 +41,7 @@ def surface(seed: int = 1) -> Topography:
     return Topography(NANO * heights, (32 * NANO, 32 * NANO), periodic=True)
 
 
-PREDICTED = prediction_of([surface()], INTERFACE)
+PREDICTED = prediction_of([surface()], INTERFACE, kind=Prediction)
 SOLVED = PREDICTED.solved()
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import continuum as c
+from continuum.front.predict import Prediction
 from continuum.sticky.materials import Interface, InterfaceError, read_interface
 from continuum.sticky.prediction import prediction_of
 from continuum.sticky.threshold import AREA_TOLERANCE, press_map
@@ -58,7 +59,7 @@ def test_full_contact_costs_between_both() -> None:
 
 def test_theories_are_silent_and_the_state_decides() -> None:
     contact = read_interface(**BODY | {"work": "5J/m2"}, coating="3nm:4GPa:0.3")
-    found = prediction_of([rough()], contact)
+    found = prediction_of([rough()], contact, kind=Prediction)
     assert all("coated" in " ".join(estimate.why) for estimate in found.estimates)
     assert found.solved().verdict.answer == "sticky"
     assert "coating of 3 nm" in contact.origin[0]

@@ -15,8 +15,7 @@ from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
 from continuum.sticky.continuation import continuation_of, sharpest_wave
 from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import Prediction, prediction_of
-from continuum.sticky.verdict import unmeasured_shift
+from continuum.sticky.prediction import Prediction, prediction_of, unmeasured_shift
 from continuum.theory.rough import conformal_energy
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.mending import cut_off

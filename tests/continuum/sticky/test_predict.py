@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from continuum import units
 from continuum.cli import main
+from continuum.front.predict import Prediction
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import InversePowers
@@ -30,7 +31,7 @@ from continuum.sticky.materials import (
     reduced_modulus,
 )
 from continuum.sticky.on_grid import UnresolvedError, check_resolved, shortest_range
-from continuum.sticky.prediction import Prediction, prediction_of
+from continuum.sticky.prediction import prediction_of
 from continuum.topography.map import Topography
 from continuum.topography.mending import detrend
 from continuum.topography.reading import read_all, read_topography
@@ -387,7 +388,7 @@ def test_the_page_does_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:
-    found = prediction_of([surface()], reduced(0.005))
+    found = prediction_of([surface()], reduced(0.005), kind=Prediction)
     tables = found.sheets()
     for table in tables:
         assert {len(row) for row in table.rows} == {len(table.head)}

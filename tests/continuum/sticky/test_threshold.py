@@ -16,10 +16,9 @@ from continuum.model.surface import SelfAffine
 from continuum.solve.solution import NotConvergedError
 from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import UnresolvedError
-from continuum.sticky.prediction import Prediction, prediction_of
+from continuum.sticky.prediction import WIDE, Prediction, prediction_of, unmeasured_shift
 from continuum.sticky.search import WIDTH, find_threshold, search_threshold
 from continuum.sticky.threshold import BEYOND, Basis, PressedMap, bounds, press_map
-from continuum.sticky.verdict import WIDE, unmeasured_shift
 from continuum.theory.rough import threshold_share
 from continuum.topography.map import Topography, mirror
 from tests.continuum.sticky.test_predict import surface

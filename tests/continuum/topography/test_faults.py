@@ -13,13 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.front.predict import of_maps
+from continuum.front.predict import Prediction, of_maps
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.show.prediction_data import remedy_options
 from continuum.show.prediction_figures import fault_figure
 from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import Prediction, prediction_of
+from continuum.sticky.prediction import prediction_of
 from continuum.topography import faults
 from continuum.topography.faults import LEVELLING, ROUGHENING, directions, find_faults
 from continuum.topography.map import Topography, TopographyError
@@ -48,7 +48,7 @@ BESIDE = {"tip": ["non-Gaussian heights"], "grooves": ["non-Gaussian heights", "
 def pressed(kind: str) -> Prediction:
     """A map with a fault as it was measured, or a clean one, pressed without adhesion."""
     topography = detrend(clean()) if kind == "clean" else as_measured(kind)
-    return prediction_of([topography], INTERFACE).solved(search=False)
+    return prediction_of([topography], INTERFACE, kind=Prediction).solved(search=False)
 
 
 def as_measured(kind: str, seed: int = 1) -> Topography:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from continuum.sticky.criteria import CRITERIA, LARGEST_SLOPE, Answer, Criterion, Estimate, RoughContact, every_estimate
-from continuum.sticky.verdict import STEEPEST, WIDE
+from continuum.sticky.prediction import STEEPEST, WIDE
 from tests.studies.record.votes import Left, Part, Support, mean_margin, outside, support, threshold_margin
 
 NECESSARY = "necessary-adhesion"
