@@ -13,7 +13,7 @@ import scipy
 from continuum import units
 from continuum.front.predict import READ, prepared
 from continuum.model.fourier import Real
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import PredictionNumbers
 from continuum.topography.areal import areal_parameters
 from continuum.topography.faults import MapFault, find_faults
 from continuum.topography.map import Topography, TopographyError
@@ -146,7 +146,7 @@ def _layer(name: str, topography: Topography, values: Real, kind: str = "height"
     }  # fmt: skip
 
 
-def solved_layers(found: Prediction) -> list[dict[str, Any]]:
+def solved_layers(found: PredictionNumbers) -> list[dict[str, Any]]:
     """The contact at the threshold, as 2 repulsive, 1 attracted, 0 neither; and the heights that decide it, in J/m³.
 
     Of two bodies first their heights, face to face.

@@ -16,9 +16,8 @@ from continuum.show.answer import statements
 from continuum.show.prediction import prediction_sheets, write_prediction
 from continuum.show.prediction_data import as_json, row
 from continuum.solve.solution import MOST_THREADS
-from continuum.sticky import prediction as predictions
 from continuum.sticky.materials import InterfaceError, read_interface
-from continuum.sticky.prediction import prediction_of
+from continuum.sticky.prediction import PredictionNumbers, prediction_of
 from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.mending import Detrending, prepare
@@ -29,7 +28,7 @@ READ = frozenset(OPTIONS) & frozenset(inspect.signature(read_all).parameters)
 """Arguments for reading the maps."""
 
 
-class Prediction(predictions.Prediction):
+class Prediction(PredictionNumbers):
     """A prediction that shows itself."""
 
     @property

@@ -9,16 +9,15 @@ from continuum.errors import InputError
 from continuum.front.predict import predict
 from continuum.sheet import Sheet
 from continuum.show.study import study_sheets, write_study
-from continuum.sticky import study as studies
 from continuum.sticky.materials import InterfaceError, read_interface
-from continuum.sticky.study import Scan, Spot, ranked, scans
+from continuum.sticky.study import Scan, Spot, StudyNumbers, ranked, scans
 from continuum.sticky.tables import OPTIONS, InterfaceTable
 from continuum.topography.quantities import PER_MAP
 
 _KNOWN = (frozenset(OPTIONS) - {"join"}) | {"solve", "threads"}
 
 
-class Study(studies.Study):
+class Study(StudyNumbers):
     """A study that shows itself."""
 
     def sheets(self) -> list[Sheet]:

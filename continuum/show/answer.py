@@ -7,7 +7,7 @@ import numpy as np
 from continuum import units
 from continuum.model.fourier import Real
 from continuum.show.prediction_data import remedy_options
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import PredictionNumbers
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.threshold import Basis, MapThreshold
 from continuum.topography.faults import NOT_GAUSSIAN
@@ -27,7 +27,7 @@ WIDE = 2.0
 """Factor of an error from which on it is said as a factor, not in per cent."""
 
 
-def statements(prediction: Prediction) -> list[str]:
+def statements(prediction: PredictionNumbers) -> list[str]:
     """The answer, one line each without a full stop: at most seven, as the terminal adds where the files are.
 
     They are: sticky or not, and how sure; w and its threshold; what would change the answer; the pull-off force of a
@@ -41,7 +41,7 @@ def statements(prediction: Prediction) -> list[str]:
     return [line for line in found if line]
 
 
-def _answer(prediction: Prediction) -> str:
+def _answer(prediction: PredictionNumbers) -> str:
     """Sticky or not, the factor to the threshold, and how well that is known."""
     verdict, threshold = prediction.verdict, prediction.threshold
     answer, why = verdict.answer[0].upper() + verdict.answer[1:], verdict.why
@@ -62,7 +62,7 @@ def _error(threshold: MapThreshold) -> str:
     return f"which is known to {f'{100 * (most - 1):.0f} %' if most < WIDE else f'a factor of {times(most)}'}"
 
 
-def _threshold(prediction: Prediction, threshold: MapThreshold) -> str:
+def _threshold(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
     low, high = (per_area(one) if np.isfinite(one) else "any" for one in (threshold.low, threshold.high))
     interval = f"{low.split()[0]} to {high}" if low.split()[1:] == high.split()[1:] else f"{low} to {high}"
     return (
@@ -71,7 +71,7 @@ def _threshold(prediction: Prediction, threshold: MapThreshold) -> str:
     )
 
 
-def _change(prediction: Prediction, threshold: MapThreshold) -> str:
+def _change(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
     """What alone would change the answer, each by the estimate of the threshold."""
     contact = prediction.contact
     w, answer = contact.work_of_adhesion, prediction.verdict.answer
@@ -121,7 +121,7 @@ def times(ratio: float) -> str:
     return f"{float(f'{ratio:.{digits}g}'):.12g}" if ratio >= 1e-4 else f"{ratio:.2g}"
 
 
-def _faults(prediction: Prediction) -> str:
+def _faults(prediction: PredictionNumbers) -> str:
     """The first fault in full, the others by name, what corrects them, and the threshold with them.
 
     What only theories cannot judge, as heights that are not Gaussian, is no fault of a map that is pressed.
@@ -141,7 +141,7 @@ def _faults(prediction: Prediction) -> str:
     return f"Faulty map: {found}{correct}" + (f"; as measured w_c = {per_area(measured.work)}" if measured else "")
 
 
-def _probe(prediction: Prediction, probe: ProbePullOff) -> str:
+def _probe(prediction: PredictionNumbers, probe: ProbePullOff) -> str:
     start = f"Pull-off force of a probe of radius {length(probe.radius)}: "
     if probe.least is not None:
         interval = " to ".join(dict.fromkeys((force(probe.least), force(probe.most))))

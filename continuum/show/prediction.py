@@ -12,7 +12,7 @@ from continuum.show.answer import HOW, force, length, per_area, pressure, statem
 from continuum.show.page import Page
 from continuum.show.prediction_data import areal
 from continuum.show.prediction_figures import fault_figure, overview
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import PredictionNumbers
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.threshold import MapThreshold
 from continuum.theory import paper
@@ -25,7 +25,7 @@ def reading_order(sheets: list[Sheet]) -> list[Sheet]:
     return [*sheets[3:], *sheets[:3]]
 
 
-def prediction_sheets(prediction: Prediction) -> list[Sheet]:
+def prediction_sheets(prediction: PredictionNumbers) -> list[Sheet]:
     """All results as tables."""
     inputs = [_surfaces(prediction), _moments(prediction), _contact(prediction)]
     found = [] if prediction.threshold is None else _threshold(prediction, prediction.threshold)
@@ -34,7 +34,7 @@ def prediction_sheets(prediction: Prediction) -> list[Sheet]:
     return [*inputs, *found, *probe, *numbers]
 
 
-def _threshold(prediction: Prediction, found: MapThreshold) -> list[Sheet]:
+def _threshold(prediction: PredictionNumbers, found: MapThreshold) -> list[Sheet]:
     """The threshold with what it was found from, and against the range of attraction."""
     work, measured = prediction.contact.work_of_adhesion, prediction.threshold_as_measured
     factor, why = prediction.verdict.factor, prediction.verdict.why
@@ -63,7 +63,7 @@ def _threshold(prediction: Prediction, found: MapThreshold) -> list[Sheet]:
     return [pairs("Threshold", rows), *curve]
 
 
-def _surfaces(prediction: Prediction) -> Sheet:
+def _surfaces(prediction: PredictionNumbers) -> Sheet:
     rows: list[tuple[str, Entry]] = []
     maps = zip(prediction.topographies, prediction.fits, prediction.findings, strict=True)
     for topography, fit, found in maps:
@@ -104,7 +104,7 @@ def _surfaces(prediction: Prediction) -> Sheet:
     return pairs("Surface", rows)
 
 
-def _unmeasured(prediction: Prediction) -> str:
+def _unmeasured(prediction: PredictionNumbers) -> str:
     waves = prediction.continuation
     if waves is None:
         return "none are missing, or no power law is known that continues what was measured"
@@ -116,7 +116,7 @@ def _unmeasured(prediction: Prediction) -> str:
     )
 
 
-def _moments(prediction: Prediction) -> Sheet:
+def _moments(prediction: PredictionNumbers) -> Sheet:
     roughness = prediction.roughness
 
     def row(name: str, of: Moments) -> tuple[str, ...]:
@@ -134,7 +134,7 @@ def _moments(prediction: Prediction) -> Sheet:
     )
 
 
-def _contact(prediction: Prediction) -> Sheet:
+def _contact(prediction: PredictionNumbers) -> Sheet:
     contact = prediction.contact
     rows: list[tuple[str, Entry]] = [
         ("contact modulus E*", pressure(contact.contact_modulus)),
@@ -148,7 +148,7 @@ def _contact(prediction: Prediction) -> Sheet:
     return pairs("Contact", rows)
 
 
-def _theories(prediction: Prediction) -> Sheet:
+def _theories(prediction: PredictionNumbers) -> Sheet:
     shown: dict[str, Callable[[float], str]] = {"": "{:.4g}".format, "length": length, "pressure": pressure}
     rows = []
     for one in prediction.estimates:
@@ -186,7 +186,7 @@ def _probe(probe: ProbePullOff) -> Sheet:
     return pairs("Pull-off force of the probe", rows)
 
 
-def write_prediction(prediction: Prediction, folder: Path, name: str) -> list[Path]:
+def write_prediction(prediction: PredictionNumbers, folder: Path, name: str) -> list[Path]:
     """Write ``NAME.html``, which needs no other file, and its figures as PNG and PDF; returns HTML and PNG files."""
     figures = {name: (overview(prediction), "")}
     if prediction.faults:

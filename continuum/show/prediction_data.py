@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from continuum.sheet import Sheet
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import PredictionNumbers
 from continuum.sticky.threshold import MapThreshold
 from continuum.topography.areal import areal_parameters
 from continuum.topography.faults import MapFault
@@ -17,7 +17,7 @@ AREAL = {"Sq": "m", "Sa": "m", "Sz": "m", "Sdq": "", "Sdr": "", "Ssk": "", "Sku"
 """Columns of areal parameters (ISO 25178-2), with their units."""
 
 
-def row(prediction: Prediction) -> dict[str, str | float | None]:
+def row(prediction: PredictionNumbers) -> dict[str, str | float | None]:
     """One row of a table: the answer, the threshold with its bounds, faults, roughness, and w over that of theories."""
     verdict, contact = prediction.verdict, prediction.contact
     measured = prediction.threshold_as_measured
@@ -55,7 +55,7 @@ def _threshold(threshold: MapThreshold | None) -> dict[str, str | float | None]:
     }  # fmt: skip
 
 
-def areal(prediction: Prediction) -> dict[str, float]:
+def areal(prediction: PredictionNumbers) -> dict[str, float]:
     """Areal parameters with their units, of one measured map: a spectrum of lines or of several maps has none."""
     if len(prediction.topographies) > 1 or prediction.topographies[0].bands is not None:
         return {}
@@ -74,7 +74,7 @@ def as_csv(rows: Sequence[Mapping[str, str | float | None]]) -> str:
     return Sheet.of("", columns, [[one.get(name) for name in columns] for one in rows]).csv()
 
 
-def as_json(prediction: Prediction) -> str:
+def as_json(prediction: PredictionNumbers) -> str:
     """All numbers of the page, with the whole spectrum of each map."""
     maps = []
     for topography, found, fit in zip(prediction.topographies, prediction.findings, prediction.fits, strict=True):

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from continuum import units
 from continuum.model.fourier import Real
 from continuum.show import plot
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import PredictionNumbers
 from continuum.sticky.threshold import MapThreshold, RangePoint
 from continuum.topography.faults import Findings
 from continuum.topography.map import Topography
@@ -26,7 +26,7 @@ _HALF = 0.46
 
 
 @plot.styled
-def overview(prediction: Prediction) -> Figure:
+def overview(prediction: PredictionNumbers) -> Figure:
     """The map with its contact at the threshold, its spectrum, the threshold by range, and where it is decided.
 
     Without a state, as of a line scan, the last panel is empty.
@@ -78,7 +78,7 @@ def _draw_map(axis: Axes, topography: Topography, colours: str = "cividis") -> N
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
 
 
-def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
+def _draw_spectrum(axis: Axes, prediction: PredictionNumbers) -> None:
     for topography, fit, colour in zip(prediction.topographies, prediction.fits, plot.SERIES, strict=False):
         q, c = spectrum(topography)
         # Rounding errors are no spectrum.
@@ -120,7 +120,7 @@ def _draw_contact(axis: Axes, threshold: MapThreshold) -> None:
         axis.plot([], [], "s", color=entry.get_facecolor(), label=entry.get_label())
 
 
-def _draw_curve(axis: Axes, prediction: Prediction, threshold: MapThreshold) -> None:
+def _draw_curve(axis: Axes, prediction: PredictionNumbers, threshold: MapThreshold) -> None:
     """The threshold with its interval, and the work of adhesion and range of the contact."""
     points = threshold.curve or (RangePoint(threshold.range, threshold.work, threshold.low, threshold.high),)
     ranges, work, low, high = (np.array(column) for column in zip(*points, strict=True))
@@ -160,7 +160,7 @@ def _draw_deciding(axis: Axes, threshold: MapThreshold) -> str:
 
 
 @plot.styled
-def fault_figure(prediction: Prediction) -> Figure:
+def fault_figure(prediction: PredictionNumbers) -> Figure:
     """The first faulty map: marks on the map, offsets of lines, spectra by direction, heights."""
     i = next(i for i, found in enumerate(prediction.findings) if found.faults)
     topography, found = prediction.topographies[i], prediction.findings[i]

@@ -9,7 +9,7 @@ from continuum.sheet import Entry, Sheet
 from continuum.show import plot
 from continuum.show.page import Page
 from continuum.show.prediction_data import as_csv, row
-from continuum.sticky.study import SampleRank, Study
+from continuum.sticky.study import SampleRank, StudyNumbers
 
 _NOTE = (
     "Sorted by w/w_c, the geometric mean over the spots of a sample: above 1 it is sticky.  The interval holds it with "
@@ -18,7 +18,7 @@ _NOTE = (
 )
 
 
-def study_sentence(study: Study) -> str:
+def study_sentence(study: StudyNumbers) -> str:
     """The answer in one text."""
     first = [one for one in study.samples if one.margin is not None]
     if not first:
@@ -32,7 +32,7 @@ def study_sentence(study: Study) -> str:
     return f"{', '.join(top[:-1])} and {top[-1]} cannot be told apart as the stickiest: {why}"
 
 
-def study_doubts(study: Study) -> list[str]:
+def study_doubts(study: StudyNumbers) -> list[str]:
     """Warnings about a ranking."""
     doubts = [f"{spot.sample}, spot {spot.name}: left out: {spot.error}" for spot in study.unusable]
     nothing = [spot for spot in study.spots if spot.found is not None and spot.margin is None]
@@ -55,7 +55,7 @@ def _ranking_row(sample: SampleRank) -> dict[str, str | float | None]:
     }
 
 
-def study_sheets(study: Study) -> list[Sheet]:
+def study_sheets(study: StudyNumbers) -> list[Sheet]:
     """The ranking, and its spots."""
     rows = [tuple(_ranking_row(sample).values()) for sample in study.samples]
     ranking = Sheet.of("Ranking of the samples", tuple(_ranking_row(study.samples[0])), rows, _NOTE)
@@ -67,7 +67,7 @@ def study_sheets(study: Study) -> list[Sheet]:
 
 
 @plot.styled
-def study_figure(study: Study) -> Figure:
+def study_figure(study: StudyNumbers) -> Figure:
     """Each sample with its spots, mean and interval."""
     shown = [sample for sample in study.samples if sample.margin is not None]
     figure, axis = plot.new_axes(plot.PAGE, 1.2 + 0.35 * max(len(shown), 2))
@@ -85,7 +85,7 @@ def study_figure(study: Study) -> Figure:
     return figure
 
 
-def write_study(study: Study, folder: Path, name: str) -> list[Path]:
+def write_study(study: StudyNumbers, folder: Path, name: str) -> list[Path]:
     """Write the page, its figure, the ranking and its spots as tables; returns their paths."""
     drawn = []
     if any(sample.margin is not None for sample in study.samples):

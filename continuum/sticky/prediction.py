@@ -61,7 +61,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, eq=False)
-class Prediction:
+class PredictionNumbers:
     """The results for one contact."""
 
     topographies: tuple[Topography, ...] = field(repr=False)
@@ -80,7 +80,7 @@ class Prediction:
     """Faults of each map."""
     continuation: Continuation | None = field(default=None, repr=False)
     """The contact with unmeasured waves from a continued spectrum; None if nothing is missing or known of them."""
-    mended: Prediction | None = field(default=None, repr=False)
+    mended: PredictionNumbers | None = field(default=None, repr=False)
     """The prediction with faults corrected that have a remedy; None if there are none."""
     threshold: MapThreshold | None = field(default=None, repr=False)
     """The work of adhesion above which the contact of the map, with its faults corrected, is sticky; None where that
@@ -173,7 +173,7 @@ class Prediction:
         if self.no_map:
             return replace(self, threshold=bounds((self.mended or self).contact, self.no_map))
 
-        def of(found: Prediction) -> MapThreshold:
+        def of(found: PredictionNumbers) -> MapThreshold:
             return find_threshold(found.facing, found.interface, found.contact, threads, search, told)
 
         measured = None if self.mended is None else of(self)
@@ -199,7 +199,7 @@ def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None)
     )
 
 
-Kind = TypeVar("Kind", bound=Prediction)
+Kind = TypeVar("Kind", bound=PredictionNumbers)
 
 
 def prediction_of(
@@ -207,7 +207,7 @@ def prediction_of(
     interface: Interface,
     smallest: float | None = None,
     tip: float | None = None,
-    kind: type[Kind] = Prediction,  # type: ignore[assignment]  # https://github.com/python/mypy/issues/3737
+    kind: type[Kind] = PredictionNumbers,  # type: ignore[assignment]  # https://github.com/python/mypy/issues/3737
 ) -> Kind:
     """Analyse one topography, or two that face each other, without detrending them.
 
@@ -271,7 +271,7 @@ def _predicted(
     )
 
 
-def verdict_of(prediction: Prediction) -> Verdict:
+def verdict_of(prediction: PredictionNumbers) -> Verdict:
     """The verdict on a contact, including faults of its maps and unmeasured waves."""
     found, work = prediction.threshold, prediction.contact.work_of_adhesion
     if found is None:
@@ -287,7 +287,7 @@ def verdict_of(prediction: Prediction) -> Verdict:
     return Verdict(ANSWERS[sticky], factor) if why is None else Verdict("undecided", factor, why)
 
 
-def _steep(prediction: Prediction, sticky: bool) -> Iterator[str]:
+def _steep(prediction: PredictionNumbers, sticky: bool) -> Iterator[str]:
     """Slopes for which the elastic energy, and with it the threshold, is off by more than leaves the answer."""
     slope = (prediction.mended or prediction).contact.rms_slope
     if slope > STEEPEST:
@@ -296,7 +296,7 @@ def _steep(prediction: Prediction, sticky: bool) -> Iterator[str]:
         yield f"an rms slope of {slope:.3g} is not small: the threshold is open by a factor of {1 + slope**2:.3g}"
 
 
-def _mended(prediction: Prediction, sticky: bool) -> Iterator[str]:
+def _mended(prediction: PredictionNumbers, sticky: bool) -> Iterator[str]:
     """Faults with a remedy, if the map as measured has another answer."""
     measured, found, work = prediction.threshold_as_measured, prediction.threshold, prediction.contact.work_of_adhesion
     if measured is not None and found is not None and measured.sticky(work) is not sticky:
@@ -306,7 +306,7 @@ def _mended(prediction: Prediction, sticky: bool) -> Iterator[str]:
         )
 
 
-def _hopeless(prediction: Prediction, sticky: bool) -> Iterator[str]:
+def _hopeless(prediction: PredictionNumbers, sticky: bool) -> Iterator[str]:
     """Faults of the heights without remedy, if the answer does not hold far from the threshold."""
     kinds = " and ".join(fault.kind for fault in prediction.faults if fault.of_the_heights and not fault.remedy)
     if kinds and not _holds(prediction, sticky, WIDE):
@@ -314,7 +314,7 @@ def _hopeless(prediction: Prediction, sticky: bool) -> Iterator[str]:
         yield f"{kinds}, without remedy: a verdict would have to hold at {WIDE:g} times {toward} w"
 
 
-def _unmeasured(prediction: Prediction, sticky: bool) -> Iterator[str]:
+def _unmeasured(prediction: PredictionNumbers, sticky: bool) -> Iterator[str]:
     """Waves that were not measured, or not pressed, if they change the answer."""
     waves, shift = (prediction.mended or prediction).continuation, unmeasured_shift(prediction)
     if prediction.threshold is None or shift is None or _holds(prediction, sticky, shift if sticky else 1 / shift):
@@ -328,18 +328,18 @@ def _unmeasured(prediction: Prediction, sticky: bool) -> Iterator[str]:
     yield f"{missing} the threshold is {shift:.2g} times as large{': measure them' if waves is not None else ''}"
 
 
-_OPEN: tuple[Callable[[Prediction, bool], Iterator[str]], ...] = (_mended, _hopeless, _steep, _unmeasured)
+_OPEN: tuple[Callable[[PredictionNumbers, bool], Iterator[str]], ...] = (_mended, _hopeless, _steep, _unmeasured)
 """What leaves an answer open, the gravest first."""
 
 
-def _holds(prediction: Prediction, sticky: bool, factor: float) -> bool:
+def _holds(prediction: PredictionNumbers, sticky: bool, factor: float) -> bool:
     """Whether an answer holds with a threshold so many times nearer to, or beyond, the work of adhesion."""
     assert prediction.threshold is not None
     work = prediction.contact.work_of_adhesion
     return prediction.threshold.sticky(work / factor if sticky else work * factor) is sticky
 
 
-def unmeasured_shift(prediction: Prediction) -> float | None:
+def unmeasured_shift(prediction: PredictionNumbers) -> float | None:
     """Factor by which waves that were not measured, or left out, change the threshold, by the law of the spectrum.
 
     None where nothing is missing, or nothing is known of it.

@@ -165,7 +165,7 @@ def find_threshold(
     ----------
     topography : detrended; of two bodies, face to face.
     contact : its roughness, for bounds where it cannot be pressed.
-    search, threads, told : as for :meth:`continuum.sticky.prediction.Prediction.solved`.
+    search, threads, told : as for :meth:`continuum.sticky.prediction.PredictionNumbers.solved`.
     """
     pressed = press_map(topography, interface, threads)
     told(f"pressing {topography.source} without adhesion, on {' x '.join(map(str, pressed.problem.grid.shape))} points")

@@ -19,7 +19,7 @@ import numpy as np
 from continuum.arguments import instance
 from continuum.errors import InputError
 from continuum.sticky.criteria import Answer
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import PredictionNumbers
 from continuum.topography.quantities import PER_MAP
 
 TABLE = "study.csv"
@@ -52,7 +52,7 @@ class Spot:
     sample: str
     name: str
     files: tuple[str, ...]
-    found: Prediction | None = field(repr=False)
+    found: PredictionNumbers | None = field(repr=False)
     error: str = ""
     """Why it could not be used; empty if it was."""
 
@@ -94,7 +94,7 @@ class SampleRank:
 
 
 @dataclass(frozen=True, eq=False)
-class Study:
+class StudyNumbers:
     """Samples in order of stickiness, the stickiest first; those without a margin last."""
 
     folder: Path
@@ -195,7 +195,7 @@ def _from_table(folder: Path) -> list[Scan]:
     return found
 
 
-def ranked(folder: Path, spots: Sequence[Spot]) -> Study:
+def ranked(folder: Path, spots: Sequence[Spot]) -> StudyNumbers:
     """Rank samples by the mean margin of their spots, with intervals and possible ranks."""
     logs = {name: [np.log(spot.margin) for spot in spots if spot.sample == name and spot.margin] for name in
             dict.fromkeys(spot.sample for spot in spots)}  # fmt: skip
@@ -214,7 +214,7 @@ def ranked(folder: Path, spots: Sequence[Spot]) -> Study:
         samples.append(SampleRank(name, own, margin, interval))
     samples.sort(key=lambda one: -(one.margin or 0.0))
     with_ranks = tuple(replace(one, ranks=_ranks(one, samples)) for one in samples)
-    return Study(folder, with_ranks, None if scatter is None else float(np.exp(scatter)))
+    return StudyNumbers(folder, with_ranks, None if scatter is None else float(np.exp(scatter)))
 
 
 def _ranks(one: SampleRank, samples: Sequence[SampleRank]) -> tuple[int, int] | None:

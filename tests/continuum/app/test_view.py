@@ -37,7 +37,7 @@ from continuum.model.surface import SelfAffine
 from continuum.options import as_options
 from continuum.runs.result import Result
 from continuum.show.answer import statements
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import PredictionNumbers
 from continuum.sticky.tables import OPTIONS
 from continuum.sweeps.workers import Worker
 from continuum.topography.faults import MapFault
@@ -269,8 +269,8 @@ def test_an_option_has_the_answer_that_the_terminal_has_for_the_same_words(
     option: str, map_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Or the same refusal; of two maps, whose files say the unit, and that are not pressed."""
-    monkeypatch.setattr(Prediction, "no_map", "maps are not pressed here")
-    monkeypatch.setattr(Prediction, "write", lambda *given: ["page"])
+    monkeypatch.setattr(PredictionNumbers, "no_map", "maps are not pressed here")
+    monkeypatch.setattr(PredictionNumbers, "write", lambda *given: ["page"])
     monkeypatch.chdir(tmp_path)
     names = ("one.h5", "two.h5")
     for name in names:

@@ -15,7 +15,7 @@ from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
 from continuum.sticky.continuation import continuation_of, sharpest_wave
 from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import Prediction, prediction_of, unmeasured_shift
+from continuum.sticky.prediction import PredictionNumbers, prediction_of, unmeasured_shift
 from continuum.theory.rough import conformal_energy
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.mending import cut_off
@@ -100,7 +100,7 @@ def test_a_blunt_tip_measures_waves_that_are_half_as_sharp() -> None:
     assert blunt.contact(contact).rms_slope == pytest.approx(sharp.contact(contact).rms_slope, rel=0.2)
 
 
-def sticky_overview(work: float = 1e-3, **more: Any) -> Prediction:
+def sticky_overview(work: float = 1e-3, **more: Any) -> PredictionNumbers:
     """An overview in nm that is sticky alone, and of which that is not known with its short waves."""
     seen = overview(whole(0.3, slope=0.2))
     small = Topography(NM * seen.heights, (1024 * NM, 1024 * NM), True, "overview")

@@ -16,7 +16,7 @@ from continuum.model.surface import SelfAffine
 from continuum.solve.solution import NotConvergedError
 from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import UnresolvedError
-from continuum.sticky.prediction import WIDE, Prediction, prediction_of, unmeasured_shift
+from continuum.sticky.prediction import WIDE, PredictionNumbers, prediction_of, unmeasured_shift
 from continuum.sticky.search import WIDTH, find_threshold, search_threshold
 from continuum.sticky.threshold import BEYOND, Basis, PressedMap, bounds, press_map
 from continuum.theory.rough import threshold_share
@@ -209,7 +209,7 @@ def test_what_cannot_be_pressed_is_one_clear_message() -> None:
 # --- the verdict ----------------------------------------------------------------------------------------------
 
 
-def at(found: Prediction, work: float) -> Prediction:
+def at(found: PredictionNumbers, work: float) -> PredictionNumbers:
     """The same at another work of adhesion."""
     mended = found.mended and replace(found.mended, contact=replace(found.mended.contact, work_of_adhesion=work))
     return replace(found, contact=replace(found.contact, work_of_adhesion=work), mended=mended)
@@ -229,7 +229,7 @@ def test_sticky_above_not_sticky_below_and_undecided_between() -> None:
 
 
 @pytest.fixture(scope="module")
-def noisy() -> Prediction:
+def noisy() -> PredictionNumbers:
     """White noise beyond the cut-off of a film: 0.25 nm on 2 nm, with waves of 8 pixels and more."""
     grid = Grid.square(64)
     film = SelfAffine(0.8, 0.1, 16.0, 32.0).synthesise(grid, np.random.default_rng(1))
@@ -240,7 +240,9 @@ def noisy() -> Prediction:
     )  # fmt: skip
 
 
-def test_where_the_corrected_map_has_another_answer_it_is_undecided_and_that_is_the_sentence(noisy: Prediction) -> None:
+def test_where_the_corrected_map_has_another_answer_it_is_undecided_and_says_so(
+    noisy: PredictionNumbers,
+) -> None:
     mended, measured = noisy.threshold, noisy.threshold_as_measured
     assert [fault.kind for fault in noisy.faults] == ["noise"]
     assert mended is not None
