@@ -14,7 +14,7 @@ import csv
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import astuple, dataclass, fields, replace
 from functools import cache, lru_cache
 from pathlib import Path
@@ -348,9 +348,9 @@ def cases() -> Iterator[Case]:
                             yield Case("self-affine", seed, n, hurst, lambda_s, lambda_L, area, shape, delta)
                         turn += 1
 
-    def textures(seeds: range, areas: tuple[float, ...], odd: int) -> Iterator[Case]:
+    def textures(seeds: range, areas: tuple[float, ...], odd: int, kinds: Iterable[str] = TEXTURES) -> Iterator[Case]:
         for seed in seeds:
-            for kind in TEXTURES:
+            for kind in kinds:
                 area, shape = areas[seed % len(areas)], both[(seed + odd) % 2]
                 yield Case(kind, seed, 256, nan, nan, nan, area, shape, nan)
 
@@ -362,7 +362,7 @@ def cases() -> Iterator[Case]:
                     for shape in shapes:
                         yield Case(kind, seed, n, hurst, waves[0], waves[1], area, shape, delta)
 
-    areas = (0.01, 0.02, 0.04)
+    areas, first, spline = (0.01, 0.02, 0.04), range(21, 27), ("spline",)
     yield from affine(256, range(21, 25), 64.0, (4.0, 8.0), 1)
     yield from textures(range(21, 31), areas, 0)
     for seeds in (range(21, 27), range(27, 29)):
@@ -378,8 +378,22 @@ def cases() -> Iterator[Case]:
     yield from one_each("self-affine", range(21, 27), 256, (4.0, 64.0), 0.005, 1.0)
     yield from one_each("self-affine", range(21, 27), 256, (4.0, 64.0), 0.08, 0.5)
     yield from one_each("self-affine", range(21, 23), 256, (4.0, 128.0), 0.04, 0.16)
-    yield from affine(512, range(21, 27), 64.0, (4.0, 8.0), 1)
-    yield from one_each("self-affine", range(21, 23), 512, (4.0, 256.0), 0.01, 0.08, 0.5)
+    # Stated in docs/law.md as "More of the second law".
+    for kind in SUBSTRATES:
+        yield from one_each(kind, range(24, 33), 256, (6.0, 64.0), 0.02, 0.5)
+    yield from textures(range(33, 39), areas, 0, ("egg-box",))
+    yield from textures(range(33, 57), areas, 0, ("terraces",))
+    yield from one_each("self-affine", SEEDS, 256, (4.0, 64.0), 0.01, 0.5, 1.6, hursts=(0.9,))
+    for area in (0.02, 0.08):
+        yield from one_each("self-affine", first, 256, (4.0, 64.0), area, 0.5, 1.6, hursts=(0.2, 0.8))
+    for n in (512, 1024):
+        waves = 4.0, n / 2
+        yield from one_each("self-affine", first, n, waves, 0.01, 0.5, hursts=(0.3, 0.8), shapes=spline)
+    yield from one_each("self-affine", first, 512, (4.0, 64.0), 0.01, 0.5, hursts=(0.2, 0.8), shapes=spline)
+    yield from one_each("self-affine", SEEDS, 512, (8.0, 256.0), 0.04, 0.16)
+    yield from one_each("self-affine", first, 1024, (24.0, 768.0), 0.04, 0.08, hursts=(0.9,), shapes=spline)
+    yield from one_each("self-affine", range(21, 24), 2048, (4.0, 1024.0), 0.01, 0.5, hursts=(0.3, 0.8), shapes=spline)
+    yield from affine(512, first, 64.0, (4.0, 8.0), 1)
     yield from textures(range(21, 33), (0.04, 0.01, 0.02), 1)
     yield from affine(256, SEEDS, 64.0, (4.0, 8.0), 2)
 
