@@ -381,6 +381,9 @@ def cases() -> Iterator[Case]:
     # Stated in docs/law.md as "More of the second law".
     for kind in SUBSTRATES:
         yield from one_each(kind, range(24, 33), 256, (6.0, 64.0), 0.02, 0.5)
+    for n, area in ((64, 0.04), (128, 0.01), (96, 0.04), (128, 0.04), (192, 0.02)):  # 164 to 738 points that touch
+        waves = 4.0, n / 4
+        yield from one_each("self-affine", range(21, 33), n, waves, area, 0.5, hursts=(0.3, 0.8), shapes=spline)
     yield from textures(range(33, 39), areas, 0, ("egg-box",))
     yield from textures(range(33, 57), areas, 0, ("terraces",))
     yield from one_each("self-affine", SEEDS, 256, (4.0, 64.0), 0.01, 0.5, 1.6, hursts=(0.9,))
