@@ -118,7 +118,8 @@ def drifts() -> Iterator[str]:
     """Of the diameter and of A_rep/A_att over Eq. (4): what the bandwidth does, and the points to λ_s.
 
     ln y is fitted by ln of the bandwidth, of h', and one over the points to λ_s, as a counted patch is wider by about a
-    point.  Of the sweeps of 512² to 4096² points together, in which one bandwidth has several λ_s, at up to 3 % of the area.
+    point.  Of the sweeps of 512² to 4096² points together, in which one bandwidth has several λ_s, below 3 % of the
+    area.
     """
     points = concat([read_csv(MEASURED / f"paper-figure{name}-points.csv") for name in SWEEPS], ignore_index=True)
     points = points[points.approach & points.valid & (points.area_rep < 0.03)]

@@ -385,7 +385,6 @@ def cases() -> Iterator[Case]:
         waves = 4.0, n / 4
         yield from one_each("self-affine", range(21, 33), n, waves, area, 0.5, hursts=(0.3, 0.8), shapes=spline)
     yield from textures(range(33, 39), areas, 0, ("egg-box",))
-    yield from textures(range(33, 57), areas, 0, ("terraces",))
     yield from one_each("self-affine", SEEDS, 256, (4.0, 64.0), 0.01, 0.5, 1.6, hursts=(0.9,))
     for area in (0.02, 0.08):
         yield from one_each("self-affine", first, 256, (4.0, 64.0), area, 0.5, 1.6, hursts=(0.2, 0.8))
@@ -396,6 +395,7 @@ def cases() -> Iterator[Case]:
     yield from one_each("self-affine", SEEDS, 512, (8.0, 256.0), 0.04, 0.16)
     yield from one_each("self-affine", first, 1024, (24.0, 768.0), 0.04, 0.08, hursts=(0.9,), shapes=spline)
     yield from one_each("self-affine", range(21, 24), 2048, (4.0, 1024.0), 0.01, 0.5, hursts=(0.3, 0.8), shapes=spline)
+    yield from textures(range(33, 57), areas, 0, ("terraces",))
     yield from affine(512, first, 64.0, (4.0, 8.0), 1)
     yield from textures(range(21, 33), (0.04, 0.01, 0.02), 1)
     yield from affine(256, SEEDS, 64.0, (4.0, 8.0), 2)

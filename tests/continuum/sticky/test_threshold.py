@@ -18,7 +18,7 @@ from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import UnresolvedError
 from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.search import WIDTH, find_threshold, search_threshold
-from continuum.sticky.threshold import BEYOND, Basis, PressedMap, bounds, press_map
+from continuum.sticky.threshold import BEYOND, BEYOND_FEW, FEW_POINTS, Basis, PressedMap, bounds, press_map
 from continuum.sticky.verdict import WIDE, unmeasured_shift
 from continuum.theory.rough import turning_share
 from continuum.topography.map import Topography, mirror
@@ -96,6 +96,16 @@ def test_the_curve_is_that_of_each_range() -> None:
     for one in curve[-2:]:
         alone = press_map(topography, Interface(1e9, 0.01, one.range, None)).threshold()
         assert (one.work, one.low, one.high) == pytest.approx((alone.work, alone.low, alone.high), rel=1e-6)
+
+
+@pytest.mark.parametrize(("few", "off"), [(FEW_POINTS, BEYOND_FEW), (100, BEYOND)])
+def test_where_few_points_touch_the_error_is_larger(monkeypatch: pytest.MonkeyPatch, few: int, off: float) -> None:
+    """A hundredth of 128² points are 164."""
+    monkeypatch.setattr("continuum.sticky.threshold.FEW_POINTS", few)
+    pressed = press_map(textured("Gaussian"), Interface(1.0, 1.0, 1.0, None))
+    found, one = pressed.threshold(), pressed.linear.at(1.0)
+    assert found.why == ()
+    assert (found.low, found.high) == pytest.approx((one.low / off, one.high * off))
 
 
 def test_a_coarser_grid_has_nearly_the_same_threshold(monkeypatch: pytest.MonkeyPatch) -> None:
