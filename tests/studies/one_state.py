@@ -2,7 +2,7 @@
 
 ``nice python -m tests.studies.one_state`` adds to ``docs/measured/one-state.csv`` what is missing there, a row a turn,
 in the order of :func:`cases`, small complete sets first; half an hour on one core.  Rows without a work have a reason
-in ``kind``.  ``python -m tests.studies.one_state_judged`` judges them by the bounds of docs/law.md.
+in ``kind``.  With ``--again`` all estimates are made anew, not the turns.  ``python -m tests.studies.one_state_judged`` judges them by the bounds of docs/law.md.
 
 Self-affine surfaces have an rms height of 1/8 of a pixel; textures carry a fine roughness of that height on their
 tops, with parameters drawn by their class and seed.
@@ -401,6 +401,24 @@ def cases() -> Iterator[Case]:
     yield from affine(256, SEEDS, 64.0, (4.0, 8.0), 2)
 
 
+def estimated_again(given: dict[str, str]) -> dict[str, str]:
+    """A row with what one state says of it now, beside the turn that was found."""
+    made = {field.name: given[field.name] for field in fields(Case)}
+    texts = {name: made.pop(name) for name in ("kind", "shape")}
+    counts = {name: int(made.pop(name)) for name in ("seed", "n")}
+    case = Case(**texts, **counts, **{name: float(value) for name, value in made.items()})
+    heights, _ = surface(replace(case, area=0.0, shape="", delta=0.0 if np.isnan(case.delta) else case.delta))
+    wall_of = law(case.shape, float(given["range"]))
+    core = LennardJonesSpline(0.1).minimum_stiffness if case.shape == "paper" else CORE
+    contact = c.Contact(heights, wall_of(1e-4), SUBSTRATES.get(case.kind, HalfSpace("clamped")), tolerance=1e-4)
+    state = pressed(contact, case.area, core)
+    one = state.threshold(wall_of)
+    about = one.work if np.isfinite(one.work) else one.low if one.low > 0 else one.dmt
+    said = {"low": one.low, "high": one.high, "dmt": one.dmt, "chi": one.chi, "patches": one.patches,
+            "load_kept": load_kept(state, wall_of(about), one.dmt)}  # fmt: skip
+    return given | {name: text(value) for name, value in said.items()}
+
+
 NAMES = (*(field.name for field in fields(Case)), *Row._fields)
 
 
@@ -409,8 +427,21 @@ def text(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
+def again() -> None:
+    """All estimates of the file made anew, beside the turns that were found."""
+    with FILE.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    with FILE.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, NAMES, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(map(estimated_again, rows))
+
+
 def main() -> None:
     """Add the rows that are missing."""
+    if "--again" in sys.argv:
+        again()
+        return
     warnings.filterwarnings("ignore", category=UserWarning)  # of the grid, which the study is about
     there = set()
     if FILE.exists():
