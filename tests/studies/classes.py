@@ -4,6 +4,7 @@
 their thresholds from one state without adhesion and by a search with adhesion, and adds to
 ``docs/measured/classes.csv`` what is missing there.  Without ``--run`` it prints the tables of
 docs/studies/predict-classes.md from that file: the verdicts at works of adhesion around the threshold of the search.
+With ``--again`` all surfaces there are estimated anew.
 With ``--alarms``: how many clean surfaces are called not Gaussian.
 """
 
@@ -14,8 +15,8 @@ import csv
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple, TextIO
 
 import numpy as np
 from pandas import read_csv
@@ -212,21 +213,36 @@ def found(kind: str, seed: int) -> Row:
     return row(how, searched.work / scale, searched.low / scale, searched.high / scale, searched.solves)
 
 
+def estimated_again(row: Row) -> Row:
+    """A row with what one state says of it now, beside the threshold that was found."""
+    topography, reach = surface(row.kind, row.seed)
+    one = press_map(topography, Interface(1.0, 1.0, reach, None)).threshold()
+    return row._replace(
+        estimate=one.work / UNIT, low=one.low / UNIT, high=one.high / UNIT, chi=one.chi, muller=one.muller,
+        patches=one.patches, why="; ".join(one.why),
+    )  # fmt: skip
+
+
+def write(file: TextIO, rows: Iterable[Row]) -> None:
+    """As they stand in the file."""
+    for row in rows:
+        csv.writer(file, lineterminator="\n").writerow(f"{x:.6g}" if isinstance(x, float) else x for x in row)
+        file.flush()
+
+
 def run(surfaces: int) -> None:
     """Add what is missing to the file, a surface of each class after the other."""
     there = {(row.kind, row.seed) for row in read()}
     with FILE.open("a", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
         if not there:
-            writer.writerow(Row._fields)
+            file.write(",".join(Row._fields) + "\n")
         for seed in range(surfaces):
             for kind in CLASSES:
                 if (kind, seed) in there:
                     continue
                 began = time.process_time()
                 row = found(kind, seed)
-                writer.writerow(f"{value:.6g}" if isinstance(value, float) else value for value in row)
-                file.flush()
+                write(file, [row])
                 sys.stderr.write(f"{row}: {time.process_time() - began:.1f} s\n")
 
 
@@ -294,10 +310,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--alarms", action="store_true", help="clean surfaces that are called not Gaussian")
     parser.add_argument("--run", action="store_true", help=f"make what is missing in {FILE.name}")
+    parser.add_argument("--again", action="store_true", help="estimate all in that file anew")
     parser.add_argument("--surfaces", type=int, default=SURFACES, help="surfaces of each class")
     given = parser.parse_args()
     if given.run:
         run(given.surfaces)
+    if given.again:
+        rows = [estimated_again(row) for row in read()]
+        with FILE.open("w", encoding="utf-8", newline="") as file:
+            file.write(",".join(Row._fields) + "\n")
+            write(file, rows)
     rows = [row for row in read() if row.seed < given.surfaces]
     sheets = [alarms()] if given.alarms else [verdicts(rows), open_ones(rows)]
     sys.stdout.write("\n\n".join(sheet.markdown() for sheet in sheets) + "\n")

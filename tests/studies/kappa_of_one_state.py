@@ -111,6 +111,29 @@ def tables(found: DataFrame) -> Iterator[str]:
             )
 
 
+def taken(found: DataFrame) -> Iterator[str]:
+    """What adhesion takes from 1/κ, measured and by one state, and A_rep/A_att over that of the gaps."""
+    points = read_csv(MEASURED / "paper-figure4-1024-points.csv")
+    free = points[points.approach & points.valid & (points.length == 0)].rename(
+        columns={"sweep.surface.rms_slope": "slope"}
+    )
+    yield "| l_a | h' | points, surfaces | 1/κ without adhesion less that with it | by one state | rms difference | A_rep/A_att over that of the gaps, scatter |"  # noqa: E501
+    yield "|---|---|---|---|---|---|---|"
+    for (length, slope), part in found.groupby(["length", "slope"]):
+        measured = []
+        for row in part.itertuples():
+            same = np.logical_and.reduce([free[name] == getattr(row, name) for name in SURFACE])
+            away = np.abs(np.log(free[same].area_rep / row.area))
+            measured.append(1 / free.kappa[away.idxmin()] - row.inverse)
+        said = part.zero - part.two_terms
+        off, ratio = np.sqrt(((measured - said) ** 2).mean()), np.log(part.measured_ratio / part.ratio)
+        surfaces = len(part.drop_duplicates(list(SURFACE)))
+        yield (
+            f"| {length:g} | {slope:g} | {len(part)}, {surfaces} | {np.mean(measured):.3f} | {said.mean():.3f} "
+            f"| {off:.3f} | {np.exp(ratio.mean()):.2f}, {np.exp(ratio.std()):.2f} |"
+        )
+
+
 SWEEPS = ("4-reduced", "4-1024", "4-2048", "2-4096")
 
 
@@ -148,7 +171,7 @@ def main() -> None:
     parser.add_argument("--run", action="store_true", help="press the surfaces that are missing in the file")
     if parser.parse_args().run:
         run()
-    sys.stdout.write("\n".join((*tables(read_csv(FILE)), "", *drifts())) + "\n")
+    sys.stdout.write("\n".join((*taken(read_csv(FILE)), "", *tables(read_csv(FILE)), "", *drifts())) + "\n")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,8 @@
 
 ``nice python -m tests.studies.one_state`` adds to ``docs/measured/one-state.csv`` what is missing there, a row a turn,
 in the order of :func:`cases`, small complete sets first; half an hour on one core.  Rows without a work have a reason
-in ``kind``.  With ``--again`` all estimates are made anew, not the turns.  ``python -m tests.studies.one_state_judged`` judges them by the bounds of docs/law.md.
+in ``how``.  With ``--again`` all estimates are made anew, not the turns.  ``python -m tests.studies.one_state_judged``
+judges them by the bounds of docs/law.md.
 
 Self-affine surfaces have an rms height of 1/8 of a pixel; textures carry a fine roughness of that height on their
 tops, with parameters drawn by their class and seed.
@@ -386,13 +387,12 @@ def cases() -> Iterator[Case]:
         yield from one_each("self-affine", range(21, 33), n, waves, area, 0.5, hursts=(0.3, 0.8), shapes=spline)
     yield from textures(range(33, 39), areas, 0, ("egg-box",))
     yield from one_each("self-affine", SEEDS, 256, (4.0, 64.0), 0.01, 0.5, 1.6, hursts=(0.9,))
+    yield from one_each("self-affine", first, 512, (4.0, 256.0), 0.01, 0.5, hursts=(0.3, 0.8), shapes=spline)
+    yield from one_each("self-affine", SEEDS, 512, (8.0, 256.0), 0.04, 0.16)
     for area in (0.02, 0.08):
         yield from one_each("self-affine", first, 256, (4.0, 64.0), area, 0.5, 1.6, hursts=(0.2, 0.8))
-    for n in (512, 1024):
-        waves = 4.0, n / 2
-        yield from one_each("self-affine", first, n, waves, 0.01, 0.5, hursts=(0.3, 0.8), shapes=spline)
     yield from one_each("self-affine", first, 512, (4.0, 64.0), 0.01, 0.5, hursts=(0.2, 0.8), shapes=spline)
-    yield from one_each("self-affine", SEEDS, 512, (8.0, 256.0), 0.04, 0.16)
+    yield from one_each("self-affine", first, 1024, (4.0, 512.0), 0.01, 0.5, hursts=(0.3, 0.8), shapes=spline)
     yield from one_each("self-affine", first, 1024, (24.0, 768.0), 0.04, 0.08, hursts=(0.9,), shapes=spline)
     yield from one_each("self-affine", range(21, 24), 2048, (4.0, 1024.0), 0.01, 0.5, hursts=(0.3, 0.8), shapes=spline)
     yield from textures(range(33, 57), areas, 0, ("terraces",))

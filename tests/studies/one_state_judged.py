@@ -186,7 +186,7 @@ def _shown(name: str) -> str:
 def figure(rows: DataFrame) -> Figure:
     """Turn over w_DMT against the size of the correction; the estimate beside U F and a theory, class by class."""
     found = rows[(rows.how == "turn") & rows.ratio.notna()]
-    drawn, (left, right) = plot.new_axes(plot.PAGE, 3.6, columns=2)
+    drawn, (left, right) = plot.new_axes(plot.PAGE, 5.0, columns=2)
     x = np.array([0.9, 1.55])
     left.fill_between(x, x * LOW, x * HIGH, color="0.9", lw=0, label="3 %")
     left.plot(x, x, "k-", lw=0.8)
@@ -207,7 +207,7 @@ def figure(rows: DataFrame) -> Figure:
         right.plot(np.exp(inside[key]), places, style, ms=2, mew=0, alpha=0.6, label=name)
     right.axvline(1.0, color="k", lw=0.8)
     right.set(xscale="log", xlabel="work at the turn over what was said", yticks=range(len(names)))
-    right.set_yticklabels([_shown(name) for name in names])
+    right.set_yticklabels([_shown(name) for name in names], fontsize="small")
     for axis, ticks in (
         (left.xaxis, (0.9, 1, 1.1, 1.2, 1.3, 1.4)),
         (left.yaxis, (0.9, 1, 1.1, 1.2, 1.3, 1.4)),

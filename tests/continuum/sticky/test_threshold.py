@@ -52,7 +52,8 @@ def test_one_state_tells_what_a_search_finds(kind: str) -> None:
     # The statement, and the bracket that the load is interpolated in: its hundredth part.
     assert found.low / 1.01 < searched.work < found.high * 1.01
     assert searched.high / searched.low < (1 + WIDTH) * (1 + 1e-9)
-    assert searched.solves <= 8  # it begins at the estimate: two in the median, more where posts touch at once
+    # It begins at the estimate: three in the median, more where posts touch at once; one more or less by 1e-4 of it.
+    assert searched.solves <= 10
 
 
 def test_where_theories_are_off_the_state_is_right() -> None:
