@@ -12,8 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pandas import DataFrame, Series, read_csv
 
+from continuum.sticky.threshold import BEYOND, BEYOND_FEW, FEW_POINTS
 from continuum.theory.rough import threshold_share
 from tests.studies import (
+    classes,
     diamond_film,
     exponents,
     judgement,
@@ -202,6 +204,30 @@ def test_work_gained_on_approach_is_that_of_a_parabola_of_load() -> None:
 def test_the_second_law_has_the_numbers_of_its_thresholds() -> None:
     page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
     assert "\n".join(one_state_judged.tables(one_state_judged.read())) in page
+
+
+def test_the_page_of_classes_has_the_verdicts_of_its_surfaces() -> None:
+    """Nothing is wrong, and at most a tenth of a class is open beyond a factor of two."""
+    page = (Path(__file__).parents[1] / "docs" / "studies" / "predict-classes.md").read_text()
+    rows = classes.read()
+    assert classes.verdicts(rows).markdown().partition("\n")[2] in page
+    for kind in classes.CLASSES:
+        said = [row.said(factor) for row in rows if row.kind == kind for factor in classes.FACTORS if row.work > 0]
+        assert len(said) >= 11 * len(classes.FACTORS)
+        assert said.count("wrong") == 0
+
+
+def test_the_error_that_predictions_state_is_that_of_the_stored_turns() -> None:
+    """95 % of those in the range of the statement lie within it, and all others within the wide intervals."""
+    rows = one_state_judged.read()
+    found = rows[rows.how == "threshold"]
+    inside = found[found.within & (found.chi >= 0)]
+    few = inside.area * inside.n**2 < FEW_POINTS
+    for part, beyond in ((inside[few], BEYOND_FEW), (inside[~few], BEYOND)):
+        assert len(part) >= 50
+        assert ((part.work >= part.low / beyond) & (part.work <= part.high * beyond)).mean() >= 0.95
+    assert len(found[~found.within]) >= 40
+    assert found[~found.within].wide.all()
 
 
 def test_the_second_law_is_judged_by_the_bounds_of_the_page() -> None:

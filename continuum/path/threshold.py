@@ -51,8 +51,9 @@ SHAPES, SAME = 12, 1e-3
 be apart, relative to the largest attraction: a hundredth of what the third order leaves open."""
 NOTHING = -10.0
 """Logarithm of the attraction over the load that stands for none at all: a work e^10 times as large is tried next."""
-EDGE = 1e-3
-"""Smallest pressure by which the edge is weighed, in units of the mean pressure of the contact."""
+EDGE = 0.03
+"""Smallest pressure by which the edge is weighed, in units of the mean pressure of the contact: with a smaller one a
+single point that is about to part stands for the whole edge."""
 
 
 class Threshold(NamedTuple):

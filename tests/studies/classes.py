@@ -1,18 +1,25 @@
 """Verdicts on classes of surfaces against searches: right, undecided and wrong at works around the threshold.
 
-``python -m tests.studies.classes`` makes surfaces of each class, with parameters that each draws, finds their
-thresholds by a search with adhesion, and asks for a verdict from one state without adhesion at works of adhesion
-around them: the table of docs/predict.md.  With ``--alarms``: how many clean surfaces are called not Gaussian.
+``nice python -m tests.studies.classes --run`` makes surfaces of each class, with parameters that each draws, finds
+their thresholds from one state without adhesion and by a search with adhesion, and adds to
+``docs/measured/classes.csv`` what is missing there.  Without ``--run`` it prints the tables of
+docs/studies/predict-classes.md from that file: the verdicts at works of adhesion around the threshold of the search.
+With ``--again`` all surfaces there are estimated anew.
+With ``--alarms``: how many clean surfaces are called not Gaussian.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import sys
+import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple, TextIO
 
 import numpy as np
+from pandas import read_csv
 from scipy.ndimage import gaussian_filter, grey_dilation
 
 from continuum.model.fourier import Real
@@ -23,14 +30,16 @@ from continuum.solve.solution import NotConvergedError
 from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import UnresolvedError
 from continuum.sticky.search import search_threshold
-from continuum.sticky.threshold import MapThreshold, press_map
+from continuum.sticky.threshold import press_map
 from continuum.topography.map import Topography
 from continuum.topography.mending import detrend
 from continuum.topography.summits import summits_of
+from tests.studies.judgement import MEASURED
 
+FILE = MEASURED / "classes.csv"
 N, SURFACES = 256, 12
 GRID = Grid.square(N)
-FACTORS = (0.1, 0.3, 0.6, 0.8, 1.25, 1.6, 3.0, 10.0)
+FACTORS = (0.1, 0.3, 0.6, 1.6, 3.0, 10.0)
 """Works of adhesion over that at the threshold, at which verdicts are asked for."""
 UNIT = 1e-9
 """Pixel in m, so that the maps are what an instrument gives; E* = 1 Pa."""
@@ -149,45 +158,131 @@ def surface(kind: str, seed: int) -> tuple[Topography, float]:
     return Topography(UNIT * heights, (UNIT * N, UNIT * N), True, f"{kind} {seed}"), UNIT * reach
 
 
-def both(kind: str, seed: int) -> tuple[MapThreshold, MapThreshold | None]:
-    """The threshold by one state, and by a search; None where the pixels resolve none."""
+class Row(NamedTuple):
+    """Both thresholds of a surface; works in E* a pixel, the range in h_rms."""
+
+    kind: str
+    seed: int
+    range: float
+    work: float
+    """By search; NaN where it found none for this range."""
+    below: float
+    above: float
+    """The bracket of the search."""
+    solves: int
+    """Trial states of the search."""
+    estimate: float
+    low: float
+    high: float
+    chi: float
+    muller: float
+    patches: int
+    how: str
+    """How the search ended: "threshold", "jump-in", "longer range", or the error."""
+    why: str
+    """Why the interval of the estimate is wide."""
+
+    def said(self, factor: float) -> str:
+        """The verdict from one state at a factor from the threshold: right, undecided, or wrong."""
+        work = factor * self.work
+        if self.low <= work <= self.high:
+            return "undecided"
+        return "right" if (work > self.high) is (factor > 1) else "wrong"
+
+
+def found(kind: str, seed: int) -> Row:
+    """Both thresholds of a surface."""
     topography, reach = surface(kind, seed)
-    pressed = press_map(topography, Interface(1.0, 1.0, reach, None))
-    found = pressed.threshold()
+    pressed, scale = press_map(topography, Interface(1.0, 1.0, reach, None)), UNIT
+    one = pressed.threshold()
+
+    def row(how: str, work: float, below: float, above: float, solves: int) -> Row:
+        """Of a search that ended so."""
+        return Row(
+            kind, seed, reach / float(topography.heights.std()), work, below, above, solves, one.work / scale,
+            one.low / scale, one.high / scale, one.chi, one.muller, one.patches, how, "; ".join(one.why),
+        )  # fmt: skip
+
     try:
-        searched = search_threshold(pressed, found)
-    except (UnresolvedError, NotConvergedError):
-        return found, None
-    return found, searched if searched.range == reach else None
+        searched = search_threshold(pressed, one)
+    except (UnresolvedError, NotConvergedError) as error:
+        return row(type(error).__name__, np.nan, np.nan, np.nan, 0)
+    if searched.range != reach:
+        return row("longer range", np.nan, np.nan, np.nan, searched.solves)
+    how = "jump-in" if searched.jumps else "threshold"
+    return row(how, searched.work / scale, searched.low / scale, searched.high / scale, searched.solves)
 
 
-def verdicts(surfaces: int) -> Sheet:
-    """Right, undecided and wrong of each class at each factor from the threshold, by one state alone."""
-    rows = []
-    for kind in CLASSES:
-        said = {factor: Counter[str]() for factor in FACTORS}
-        ratios, inside, solves = [], 0, []
+def estimated_again(row: Row) -> Row:
+    """A row with what one state says of it now, beside the threshold that was found."""
+    topography, reach = surface(row.kind, row.seed)
+    one = press_map(topography, Interface(1.0, 1.0, reach, None)).threshold()
+    return row._replace(
+        estimate=one.work / UNIT, low=one.low / UNIT, high=one.high / UNIT, chi=one.chi, muller=one.muller,
+        patches=one.patches, why="; ".join(one.why),
+    )  # fmt: skip
+
+
+def write(file: TextIO, rows: Iterable[Row]) -> None:
+    """As they stand in the file."""
+    for row in rows:
+        csv.writer(file, lineterminator="\n").writerow(f"{x:.6g}" if isinstance(x, float) else x for x in row)
+        file.flush()
+
+
+def run(surfaces: int) -> None:
+    """Add what is missing to the file, a surface of each class after the other."""
+    there = {(row.kind, row.seed) for row in read()}
+    with FILE.open("a", encoding="utf-8", newline="") as file:
+        if not there:
+            file.write(",".join(Row._fields) + "\n")
         for seed in range(surfaces):
-            found, searched = both(kind, seed)
-            if searched is None:
-                continue
-            sys.stderr.write(
-                f"{kind} {seed}: {searched.work / found.work:.3f} of the estimate, {found.low / found.work:.2f} to "
-                f"{found.high / found.work:.2f}, {searched.solves} solves; χ {found.chi:.2f}, "
-                f"Müser {found.muller:.2f}, {found.patches} patches\n"
-            )
-            ratios.append(searched.work / found.work)
-            solves.append(searched.solves)
-            inside += found.why == ()
-            for factor in FACTORS:
-                sticky = found.sticky(factor * searched.work)
-                said[factor]["undecided" if sticky is None else "right" if sticky is (factor > 1) else "wrong"] += 1
+            for kind in CLASSES:
+                if (kind, seed) in there:
+                    continue
+                began = time.process_time()
+                row = found(kind, seed)
+                write(file, [row])
+                sys.stderr.write(f"{row}: {time.process_time() - began:.1f} s\n")
+
+
+def read() -> list[Row]:
+    """All surfaces of the file."""
+    if not FILE.exists():
+        return []
+    rows = read_csv(FILE, keep_default_na=False, na_values={"work": "nan", "below": "nan", "above": "nan"})
+    return [Row(*line) for line in rows.itertuples(index=False)]
+
+
+def verdicts(rows: Sequence[Row]) -> Sheet:
+    """Right, undecided and wrong of each class at each factor from the threshold, by one state alone."""
+    lines: list[Sequence[str | float | int | None]] = []
+    for kind in (*CLASSES, "all"):
+        of_kind = [row for row in rows if kind in (row.kind, "all")]
+        searched = [row for row in of_kind if np.isfinite(row.work)]
+        said = [Counter(row.said(factor) for row in searched) for factor in FACTORS]
+        far = sum(of["undecided"] for factor, of in zip(FACTORS, said, strict=True) if not 0.5 <= factor <= 2)
+        share = far / max(1, len(searched) * sum(not 0.5 <= factor <= 2 for factor in FACTORS))
+        ratios = [row.work / row.estimate for row in searched]
         scatter = f"{np.exp(np.mean(np.log(ratios))):.2f} ({min(ratios):.2f} - {max(ratios):.2f})" if ratios else ""
-        counts = (f"{of['right']}, {of['undecided']}, {of['wrong']}" for of in said.values())
-        rows.append((kind, len(ratios), inside, scatter, int(np.median(solves)) if solves else "", *counts))
-    heads = ("class", "surfaces", "in its range", "threshold over estimate", "trial solves of the search",
-             *(f"at {factor:g}" for factor in FACTORS))  # fmt: skip
-    return Sheet.of("verdicts by one state: right, undecided, wrong", heads, rows)
+        counts = (f"{of['right']}, {of['undecided']}, {of['wrong']}" for of in said)
+        inside = sum(not row.why for row in searched)
+        lines.append((kind, f"{len(searched)} of {len(of_kind)}", inside, scatter, *counts, f"{share:.0%}"))
+    heads = ("class", "found by search", "in the range of the statement", "threshold over estimate",
+             *(f"at {factor:g}" for factor in FACTORS), "undecided beyond a factor of 2")  # fmt: skip
+    return Sheet.of("verdicts by one state: right, undecided, wrong", heads, lines)
+
+
+def open_ones(rows: Sequence[Row]) -> Sheet:
+    """The surfaces whose verdict is open beyond a factor of 2, or wrong."""
+    heads = ("class, seed", "range", "threshold over estimate", "χ", "Müser's number", "patches", "interval", "why")
+    chosen = [row for row in rows if np.isfinite(row.work) and row.why]
+    lines: list[Sequence[str | float | int | None]] = [
+        (f"{row.kind} {row.seed}", f"{row.range:.2f}", f"{row.work / row.estimate:.2f}", f"{row.chi:.2f}",
+         f"{row.muller:.2f}", row.patches, f"{row.low / row.work:.2f} - {row.high / row.work:.2f}", row.why)
+        for row in chosen
+    ]  # fmt: skip
+    return Sheet.of("outside of the range of the statement", heads, lines)
 
 
 def alarms() -> Sheet:
@@ -214,9 +309,20 @@ def main() -> None:
     """Show what the verdicts come to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--alarms", action="store_true", help="clean surfaces that are called not Gaussian")
+    parser.add_argument("--run", action="store_true", help=f"make what is missing in {FILE.name}")
+    parser.add_argument("--again", action="store_true", help="estimate all in that file anew")
     parser.add_argument("--surfaces", type=int, default=SURFACES, help="surfaces of each class")
     given = parser.parse_args()
-    sys.stdout.write((alarms() if given.alarms else verdicts(given.surfaces)).markdown() + "\n")
+    if given.run:
+        run(given.surfaces)
+    if given.again:
+        rows = [estimated_again(row) for row in read()]
+        with FILE.open("w", encoding="utf-8", newline="") as file:
+            file.write(",".join(Row._fields) + "\n")
+            write(file, rows)
+    rows = [row for row in read() if row.seed < given.surfaces]
+    sheets = [alarms()] if given.alarms else [verdicts(rows), open_ones(rows)]
+    sys.stdout.write("\n\n".join(sheet.markdown() for sheet in sheets) + "\n")
 
 
 if __name__ == "__main__":

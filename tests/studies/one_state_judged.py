@@ -10,6 +10,7 @@ import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,9 +18,21 @@ from matplotlib.ticker import NullLocator
 from pandas import DataFrame, Series, read_csv
 
 from continuum.show import plot
+from continuum.sticky.threshold import (
+    BEYOND,
+    BEYOND_FEW,
+    FEW_POINTS,
+    GAUSSIAN,
+    LARGEST_CHI,
+    UNKNOWN,
+    by_law,
+)
+from continuum.sticky.threshold import (
+    SCATTER as ONLY_CHI,
+)
 from tests.studies.judgement import COUNT, SURFACES, Mean, word
 from tests.studies.law import fit, thresholds
-from tests.studies.one_state import FILE
+from tests.studies.one_state import FILE, RESOLVED
 
 CHI, PATCHES, MULLER = 0.2, 10, 0.5
 """The range of the statement."""
@@ -27,18 +40,22 @@ LOW, HIGH, MOST, FEW = 0.97, 1.03, 0.9, 0.75
 """The interval, the share of thresholds in it that holds the statement, and the share that refutes it."""
 NEAR, FAR, SCATTER, TOO_MUCH = 1.04, 1.08, 1.04, 1.08
 """Means and scatters of threshold over estimate that hold the statement, and that refute it."""
-BASE = 1.05
-"""Error of the estimate beyond both of its forms that is looked at as well."""
+SHORT, WIDE = 0.16, 32
+"""Range in h_rms up to which, and bandwidth beyond which, surfaces are a class of their own."""
 
 
 def read() -> DataFrame:
     """The thresholds, with the class of each, its ratios, and whether the statement is about it."""
-    rows = read_csv(FILE).replace({"how": {"turn": "threshold"}})  # which the file calls turn
+    rows = read_csv(FILE)
+    snaps = (rows["shape"] != "paper") & (rows.work > RESOLVED * rows.range**2)
     rows = rows.assign(
+        how=rows.how.mask(snaps, "single points snap at the threshold"),
         estimate=np.sqrt(rows.low * rows.high.replace(np.inf, np.nan)),
         period=rows.n / rows.lambda_L,
         within=(rows.chi <= CHI) & (rows.patches >= PATCHES) & (rows.muller <= MULLER),
+        beyond=np.where(rows.area * rows.n**2 < FEW_POINTS, BEYOND_FEW, BEYOND),
     )
+    least, most = np.array([_wide(row) for row in rows.itertuples()]).T
     laws = {shape: fit(thresholds(shape)) for shape in ("spline", "exponential")}
     laws["paper"] = laws["spline"]  # the same shape
     law = [float(laws[s](r)) for s, r in zip(rows["shape"], rows.range / rows.height, strict=True)]
@@ -49,19 +66,34 @@ def read() -> DataFrame:
         theory=np.log(rows.work / rows.weak),
         kept=np.log(rows.work / rows.load_kept),
         inside=(rows.work >= LOW * rows.low) & (rows.work <= HIGH * rows.high),
-        based=(rows.work >= rows.low / BASE) & (rows.work <= rows.high * BASE),
+        based=(rows.work >= rows.low / rows.beyond) & (rows.work <= rows.high * rows.beyond),
+        wide=(rows.work >= least) & (rows.work <= most),
     )
 
 
-def _class(row: object) -> str:
-    kind, shape, period, lambda_s = (getattr(row, name) for name in ("kind", "shape", "period", "lambda_s"))
-    if kind != "self-affine":
-        return str(kind)
-    if shape == "paper":
-        return "the paper's law"
-    if period <= 2:
-        return "period of 2 λ_L"
-    return "16 points to λ_s" if lambda_s == 16 else "self-affine"
+def _wide(row: Any) -> tuple[float, float]:
+    """The interval that ``continuum predict`` states outside of the range of the statement."""
+    near = row.chi <= LARGEST_CHI
+    work = row.estimate if near and row.estimate > 0 else row.low / (1 + row.chi) * (1 + row.chi + row.chi**2)
+    low, high, soft = min(row.dmt, work), work, not row.muller <= MULLER or not work > 0
+    wide = ONLY_CHI if not near and row.patches >= PATCHES and not soft else UNKNOWN
+    if soft:
+        _, least, most = by_law(row.energy, row.height, row.range, GAUSSIAN)
+        low, high = (min(least, low), max(most, high)) if work > 0 else (least, most)
+    return low / wide, high * wide
+
+
+def _class(row: Any) -> str:
+    named = {
+        "the paper's law": row.shape == "paper",
+        f"fewer than {FEW_POINTS} points": row.area * row.n**2 < FEW_POINTS and row.n < 256,
+        f"{row.delta:g} h_rms": row.delta <= SHORT,
+        f"λ_L/λ_s of {row.lambda_L / row.lambda_s:g}": row.lambda_L / row.lambda_s > WIDE,
+        "period of 2 λ_L": row.period <= 2,
+        "16 points to λ_s": row.lambda_s == 16,
+        "self-affine": True,
+    }
+    return str(row.kind) if row.kind != "self-affine" else next(name for name, chosen in named.items() if chosen)
 
 
 def scatter(logarithms: Series) -> float:
@@ -85,7 +117,8 @@ def estimated(rows: DataFrame, groups: Sequence[DataFrame]) -> str:
 def by_one(rows: DataFrame) -> Iterator[tuple[str, DataFrame]]:
     """Groups of self-affine surfaces, by one property at a time, of as many thresholds as a verdict needs."""
     names = {"delta": "range {:g} h_rms", "shape": "{}", "area": "{:.1%} of the area", "hurst": "H = {:g}",
-             "lambda_s": "{:g} points to λ_s", "n": "{}²"}  # fmt: skip
+             "lambda_s": "{:g} points to λ_s", "n": "{}²",
+             "period": "period of {:g} λ_L"}  # fmt: skip
     for column, name in names.items():
         for value, part in rows.groupby(column):
             if len(part) >= COUNT and part.seed.nunique() >= SURFACES:
@@ -109,8 +142,7 @@ def tables(rows: DataFrame) -> Iterator[str]:
     found = rows[rows.how == "threshold"]
     yield (
         "| class | thresholds, surfaces | within 0.97 w_low to 1.03 w_high | threshold over estimate, scatter "
-        f"| 95 % within | beyond w_low/{BASE:g} to {BASE:g} w_high | w/(U F), scatter "
-        "| over Persson and Scaraggi, scatter |"
+        "| 95 % within | beyond the error of `predict` | w/(U F), scatter | over Persson and Scaraggi, scatter |"
     )
     yield "|---|---|---|---|---|---|---|---|"
     inside = found[found.within]
@@ -127,20 +159,21 @@ def tables(rows: DataFrame) -> Iterator[str]:
     fine = found[found.lambda_s == 16]
     for name, part in fine.groupby("shape"):
         yield f"| {name} | {len(part)}, {part.seed.nunique()} | {mean(part)} | {mean(part, 'kept')} |"
-    heads = (
-        "outside of the range | thresholds | of them with a root | threshold over estimate | scatter | least, largest"
+    yield (
+        "\n| outside of the range | thresholds | of them with a root | threshold over estimate | scatter "
+        "| least, largest | beyond the interval of `predict` |"
     )
-    yield f"\n| {heads} |"
-    yield "|---|---|---|---|---|---|"
+    yield "|---|---|---|---|---|---|---|"
     beyond = {f"χ above {CHI:g}": found.chi > CHI, f"fewer than {PATCHES} patches": found.patches < PATCHES,
-              f"μ_T above {MULLER:g}": found.muller > MULLER, "χ below 0": found.chi < 0}  # fmt: skip
+              f"μ_T above {MULLER:g}": found.muller > MULLER, "χ below 0": found.chi < 0, "all of these": ~found.within,
+              **{f"{kind}, outside": (found.of == kind) & ~found.within for kind in sorted(set(found.of))}}  # fmt: skip
     for name, chosen in beyond.items():
         part = found[chosen]
         root = part.dropna(subset="ratio")
         if len(root):
             least, most = np.exp([root.ratio.min(), root.ratio.max()])
             numbers = f"{mean(root)} | {scatter(root.ratio):.3f} | {least:.2f}, {most:.2f}"
-            yield f"| {name} | {len(part)} | {len(root)} | {numbers} |"
+            yield f"| {name} | {len(part)} | {len(root)} | {numbers} | {(~part.wide).sum()} |"
     ended = rows.how.value_counts()
     yield f"\nSearches: {', '.join(f'{how} {count}' for how, count in ended.items())}."
 
@@ -153,7 +186,7 @@ def _shown(name: str) -> str:
 def figure(rows: DataFrame) -> Figure:
     """Threshold over w_DMT against the size of the correction; the estimate beside U F and a theory, class by class."""
     found = rows[(rows.how == "threshold") & rows.ratio.notna()]
-    drawn, (left, right) = plot.new_axes(plot.PAGE, 3.6, columns=2)
+    drawn, (left, right) = plot.new_axes(plot.PAGE, 5.0, columns=2)
     x = np.array([0.9, 1.55])
     left.fill_between(x, x * LOW, x * HIGH, color="0.9", lw=0, label="3 %")
     left.plot(x, x, "k-", lw=0.8)
@@ -174,7 +207,7 @@ def figure(rows: DataFrame) -> Figure:
         right.plot(np.exp(inside[key]), places, style, ms=2, mew=0, alpha=0.6, label=name)
     right.axvline(1.0, color="k", lw=0.8)
     right.set(xscale="log", xlabel="work at the threshold over what was said", yticks=range(len(names)))
-    right.set_yticklabels([_shown(name) for name in names])
+    right.set_yticklabels([_shown(name) for name in names], fontsize="small")
     for axis, ticks in (
         (left.xaxis, (0.9, 1, 1.1, 1.2, 1.3, 1.4)),
         (left.yaxis, (0.9, 1, 1.1, 1.2, 1.3, 1.4)),

@@ -7,6 +7,9 @@ On the continuum rungs the threshold is found as everywhere (:mod:`continuum.pat
 separation and work are looked for by a chord method, with the slopes of rough surfaces in general, from the threshold
 of the lattice on.  Each state of atoms starts from that of the lattice at the same separation and work, on approach.
 
+``--one-state`` prints the thresholds of that file over the estimate from one state without adhesion on each rung of the
+continuum (docs/law.md, second law), and those of the atoms over that of the lattice; half a minute.
+
 Expected, before the first run: half-space, layer, crystal and lattice within 10 % of one another, as all but a few
 waves are long against a0; atoms within 10 % of their lattice at h' = 0.05, as geometry and anharmonicity are of the
 order of the slope.
@@ -42,6 +45,7 @@ from continuum.model.walls.attraction import attraction_on_core
 from continuum.path.loading import solve
 from continuum.path.secant import DECAY
 from continuum.path.state import Search
+from continuum.path.threshold import press_without_adhesion
 from continuum.path.threshold_search import WallOfWork, bracket_threshold
 from continuum.solve.solution import Settings
 
@@ -154,6 +158,43 @@ def measured(n: int, depth: float, rms_slope: float, seeds: list[int], crystals:
     return DataFrame(rows)
 
 
+def of_one_state(rows: DataFrame) -> DataFrame:
+    """The thresholds of the file with the estimate of one state on the rung, that of the lattice for the atoms."""
+    made = []
+    for (crystal, n, depth), part in rows.groupby(["crystal", "n", "depth"], sort=False):
+        settings = {"slab.n": n, "slab.depth": depth}
+        specimen = specimen_of(load(f"inputs/validate/{CRYSTALS[crystal]}.toml", ValidateConfig, settings))
+        grid = specimen.slab.grid
+        for (slope, seed), of_surface in part.groupby(["slope", "seed"]):
+            heights = surface(n, seed, slope)
+            wall = partial(attraction_on_core, "spline", effective_range=RANGE * heights.std(), core_stiffness=CORE)
+            flat = np.zeros(grid.shape)
+            for row in of_surface.to_dict("records"):
+                if row["rung"] == "half-space":
+                    substrate = response_of(row["rung"], specimen.response, _constants(specimen))
+                    energy = ContactProblem(grid, wall(1e-4), heights, substrate).elastic_energy(flat)
+                if row["rung"] != "atoms":
+                    substrate = response_of(row["rung"], specimen.response, _constants(specimen))
+                    problem = ContactProblem(grid, wall(1e-4), heights, substrate)
+                    settled = Settings(1e-6 * problem.traction_scale)
+                    said = press_without_adhesion(problem, AREA, settled, CORE, Search(0.02)).threshold(wall)
+                made.append({**row, "ratio": row["over_energy"] * energy / said.work, "low": said.low / energy,
+                             "high": said.high / energy, "chi": said.chi, "patches": said.patches,
+                             "within": said.low <= row["over_energy"] * energy <= said.high})  # fmt: skip
+    return DataFrame(made)
+
+
+def one_state_table(rows: DataFrame) -> str:
+    """Threshold over estimate on each rung, mean and 95 % interval over surfaces."""
+    rungs = (*CONTINUUM_RUNGS, "atoms")
+    lines = [f"| crystal | {' | '.join(rungs)} | χ | patches |", f"|{'---|' * (len(rungs) + 3)}"]
+    for crystal, part in rows.groupby("crystal", sort=False):
+        cells = [_mean(np.log(part[part.rung == rung].ratio.to_numpy())) for rung in rungs]
+        ends = (f"{part.chi.min():.2f} to {part.chi.max():.2f}", f"{part.patches.min()} to {part.patches.max()}")
+        lines.append(f"| {crystal} | {' | '.join((*cells, *ends))} |")
+    return "\n".join(lines)
+
+
 def table(rows: DataFrame) -> str:
     """Work at the threshold over that of the half-space, for each crystal and rung, mean and 95 % interval."""
     lines = ["| crystal | h' | surfaces | " + " | ".join((*CONTINUUM_RUNGS[1:], "atoms", "atoms over lattice")) + " |"]
@@ -180,7 +221,11 @@ def main() -> None:
     parser.add_argument("--slopes", type=float, nargs="+", default=[0.1, 0.05])
     parser.add_argument("--seeds", type=int, nargs="+", default=[11, 12, 13])
     parser.add_argument("--crystals", nargs="+", choices=list(CRYSTALS), default=list(CRYSTALS))
+    parser.add_argument("--one-state", action="store_true", help="the thresholds over the estimates from one state")
     given = parser.parse_args()
+    if given.one_state:
+        sys.stdout.write(one_state_table(of_one_state(read_csv(MEASURED / "threshold-atoms.csv"))) + "\n")
+        return
     if given.into:
         found = [measured(given.n, given.depth, slope, given.seeds, given.crystals) for slope in given.slopes]
         rows = DataFrame([row for part in found for row in part.to_dict("records")])

@@ -18,7 +18,7 @@ from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import UnresolvedError
 from continuum.sticky.prediction import WIDE, PredictionNumbers, prediction_of, unmeasured_shift
 from continuum.sticky.search import WIDTH, find_threshold, search_threshold
-from continuum.sticky.threshold import BEYOND, Basis, PressedMap, bounds, press_map
+from continuum.sticky.threshold import BEYOND, BEYOND_FEW, FEW_POINTS, Basis, PressedMap, bounds, press_map
 from continuum.theory.rough import threshold_share
 from continuum.topography.map import Topography, mirror
 from tests.continuum.sticky.test_predict import surface
@@ -51,7 +51,8 @@ def test_one_state_tells_what_a_search_finds(kind: str) -> None:
     # The statement, and the bracket that the load is interpolated in: its hundredth part.
     assert found.low / 1.01 < searched.work < found.high * 1.01
     assert searched.high / searched.low < (1 + WIDTH) * (1 + 1e-9)
-    assert searched.solves <= 8  # it begins at the estimate: two in the median, more where posts touch at once
+    # It begins at the estimate: three in the median, more where posts touch at once; one more or less by 1e-4 of it.
+    assert searched.solves <= 10
 
 
 def test_where_theories_are_off_the_state_is_right() -> None:
@@ -95,6 +96,16 @@ def test_the_curve_is_that_of_each_range() -> None:
     for one in curve[-2:]:
         alone = press_map(topography, Interface(1e9, 0.01, one.range, None)).threshold()
         assert (one.work, one.low, one.high) == pytest.approx((alone.work, alone.low, alone.high), rel=1e-6)
+
+
+@pytest.mark.parametrize(("few", "off"), [(FEW_POINTS, BEYOND_FEW), (100, BEYOND)])
+def test_where_few_points_touch_the_error_is_larger(monkeypatch: pytest.MonkeyPatch, few: int, off: float) -> None:
+    """A hundredth of 128² points are 164."""
+    monkeypatch.setattr("continuum.sticky.threshold.FEW_POINTS", few)
+    pressed = press_map(textured("Gaussian"), Interface(1.0, 1.0, 1.0, None))
+    found, one = pressed.threshold(), pressed.linear.at(1.0)
+    assert found.why == ()
+    assert (found.low, found.high) == pytest.approx((one.low / off, one.high * off))
 
 
 def test_a_coarser_grid_has_nearly_the_same_threshold(monkeypatch: pytest.MonkeyPatch) -> None:
