@@ -46,7 +46,7 @@ mutants: .venv/installed-dev
 
 # The solver beside analytic contacts: tables and figure of docs/verification.md.
 verification: .venv/installed-dev
-	$(BIN)/python -m tests.verification.report docs
+	$(BIN)/python -m docs.studies.verification docs
 
 WORKERS = 2
 # The paper's figures and verdicts from reduced sweeps (512 x 512, all 90 systems of Figure 4 and the surfaces without
@@ -65,12 +65,12 @@ TABLES = work iteration adhesive hard_wall threshold kinds searches
 ATOMS = 32 64
 MINUTES = 20
 bench: .venv-bench/installed
-	.venv-bench/bin/python -m tests.benchmarks.run --sizes $(SIZES) --tables $(TABLES) --atoms $(ATOMS) --minutes $(MINUTES)
+	.venv-bench/bin/python -m docs.benchmarks.run --sizes $(SIZES) --tables $(TABLES) --atoms $(ATOMS) --minutes $(MINUTES)
 
 # A GPU, by the first library that sees it, beside the CPU; where there is no GPU it says what is missing.  GPU_SIZES="1024 2048": these grids only.
 GPU_SIZES = 1024 2048 4096 8192 16384 32768
 bench-gpu: .venv/installed
-	$(BIN)/python -m tests.benchmarks.gpu --sizes $(GPU_SIZES)
+	$(BIN)/python -m docs.benchmarks.gpu --sizes $(GPU_SIZES)
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .

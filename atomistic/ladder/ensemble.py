@@ -1,6 +1,6 @@
 """Bounds for new surfaces and metals, from quantiles of an ensemble of earlier runs.
 
-``ensemble.csv``, made by ``tests/studies/ensemble.py``, has the differences of the lattice Green's function and the
+``ensemble.csv``, made by ``docs/studies/ensemble.py``, has the differences of the lattice Green's function and the
 atoms in each state of eight surfaces on springs and on three metals, and of sixteen on deeper springs.  A case without
 ``[[tolerance]]`` is judged by similar ones: without adhesion by |N difference|/N_rep = a h' and |u difference| = b a0
 h'², with it by c h' of all that acts.

@@ -30,7 +30,7 @@ SKEWNESS, KURTOSIS, BEARING = 1.0, 5.0, 1 / 3
 not Gaussian: on few long waves, a Gaussian surface was seen with 0.8, 5 and 0.4."""
 ERRORS = 3.0
 """Standard errors beyond which a difference is significant.  With RATIO, of 2400 clean maps of 32² to 256² points, H
-from 0.2 to 0.95, 14 are called not Gaussian (``python -m tests.studies.classes --alarms``)."""
+from 0.2 to 0.95, 14 are called not Gaussian (``python -m docs.studies.classes --alarms``)."""
 _SMALLEST = 1e-12
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.studies.contacts_of_atoms import CONTACTS, compare
+from docs.studies.contacts_of_atoms import CONTACTS, compare
 
 
 def explained(name: str, n: int, theory: float) -> None:

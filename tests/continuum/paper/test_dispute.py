@@ -32,8 +32,8 @@ from continuum.sweeps.collect import PointTable
 from continuum.sweeps.measured import COLUMNS
 from continuum.sweeps.sweep import SweepListing
 from continuum.theory import rough
+from docs.studies.record import added
 from tests.printed import faults_in_print
-from tests.studies.record import added
 
 N, HEIGHT, REACH = 64, 0.1, 0.02
 CUTS, SEEDS = (4.0, 8.0, 16.0), (1, 2)

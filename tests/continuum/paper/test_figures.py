@@ -27,8 +27,8 @@ from continuum.sweeps.collect import PointTable
 from continuum.sweeps.measured import COLUMNS
 from continuum.sweeps.sweep import SweepListing
 from continuum.theory import paper
+from docs.studies.judge import judged_again
 from tests.printed import faults_in_print
-from tests.studies.judge import judged_again
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
 AREAS = np.geomspace(0.01, 0.15, 5)

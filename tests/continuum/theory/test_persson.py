@@ -16,7 +16,7 @@ import continuum as c
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.theory import rough
-from tests.persson import PerssonContact
+from docs.studies.persson import PerssonContact
 
 
 def surface(hurst: float = 0.8, slope: float = 0.1, gamma: float = 0.45) -> PerssonContact:

@@ -1,0 +1,3 @@
+from docs.studies.record import main
+
+main()

@@ -1,0 +1,40 @@
+"""Draw the figures of stored sweeps anew from the tables beside them: `python -m docs.studies.redraw docs/measured`.
+
+For those whose files are not kept.  Figures that show more than their table, such as maps, are left as they are.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from pandas import read_csv
+
+from continuum.paper.figures import FIGURES
+from continuum.show import plot
+
+
+def redrawn(table: Path) -> bool:
+    """Draw the figure of a table, paper-SWEEP-FIGURE.csv; False if it cannot be drawn from that."""
+    names = [name for name in FIGURES if table.stem.endswith(f"-{name}") and not FIGURES[name].whole]
+    if not names:
+        return False
+    try:
+        figure = plot.styled(FIGURES[max(names, key=len)].draw)(read_csv(table))
+    except KeyError:  # the figure shows other columns since
+        return False
+    with plot.written_as(["png"]):
+        plot.save_figure(figure, table.with_suffix(""), own=True)
+    return True
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    for table in sorted(parser.parse_args().folder.glob("paper-*.csv")):
+        sys.stdout.write(f"{table.stem}: {'drawn' if redrawn(table) else 'left'}\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,100 @@
+"""Two theories without a free parameter beside every threshold on record: `python -m docs.studies.rivals`.
+
+Persson and Scaraggi's weak adhesion and the bearing area for any spectrum (:mod:`docs.studies.persson`), and the
+law of docs/law.md, against w at the threshold of docs/measured/law.csv (period 8 λ_L) and
+docs/studies/record/record.csv (period 2 λ_L).
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from pandas import DataFrame, concat, read_csv
+
+from continuum.model.walls.attraction import Shape, attraction_on_core
+from continuum.sheet import Sheet
+from docs.studies.judgement import MEASURED
+from docs.studies.law import fit, thresholds
+from docs.studies.persson import PerssonContact
+
+FAR = 60.0
+"""Ranges to which an attraction without end is integrated."""
+HARD = 1e-4
+"""Work of the wall over core stiffness and range²: a wall of any range has the same shape, in units of it."""
+
+
+def recorded() -> DataFrame:
+    """Thresholds at 1 % area and more: those that tested the law, and those from which it was made."""
+    tested = read_csv(MEASURED / "law.csv").assign(source="law", period=lambda rows: rows.n)
+    tested = tested.assign(energy=tested.moment_1 / 4)
+    made = read_csv(Path(__file__).parent / "record" / "record.csv").query("source == 'threshold'")
+    names = {"law": "shape", "rms_height": "height", "rms_slope": "slope", "conformal_energy": "energy"}
+    made = made.rename(columns=names).assign(area=0.01, period=2 * made.lambda_L, source="record")
+    columns = ["source", "shape", "hurst", "lambda_s", "lambda_L", "period", "seed", "area", "height", "slope",
+               "energy", "range", "work"]  # fmt: skip
+    rows = concat([tested[columns], made[columns]], ignore_index=True)
+    return rows.assign(delta=(rows.range / rows.height).round(2))
+
+
+@lru_cache(None)
+def surface(
+    hurst: float, slope: float, lambda_s: float, lambda_L: float, period: float, gamma: float
+) -> PerssonContact:
+    """The surface of a threshold, by its parameters; its roughness has the slope of the map."""
+    return PerssonContact.self_affine(hurst, slope, lambda_s, lambda_L, period, gamma)
+
+
+def weak_adhesion(contact: PerssonContact, shape: Shape, reach: float, area: float) -> float:
+    """Work at the threshold by Persson and Scaraggi, under the wall of the sweeps on a core that hardly gives way."""
+    wall = attraction_on_core(shape, HARD * reach**2, reach, 1.0)
+    end = min(wall.reach - wall.zero_gap, FAR * reach)
+    work = wall.work_of_adhesion
+    return contact.weak_adhesion_threshold(area, lambda gap: -wall.evaluate(wall.zero_gap + gap).traction / work, end)
+
+
+def compared(rows: DataFrame) -> DataFrame:
+    """The logarithms of w over what each theory says."""
+    laws = {shape: fit(thresholds(shape)) for shape in ("spline", "exponential")}
+    found = []
+    for row in rows.itertuples():
+        given = row.hurst, row.slope, row.lambda_s, row.lambda_L, row.period
+        expected = (
+            row.energy * laws[row.shape](row.range / row.height),
+            weak_adhesion(surface(*given, 0.45), row.shape, row.range, row.area),
+            surface(*given, 0.5).bearing_area_threshold(row.range),
+        )
+        found.append(np.log(row.work / np.array(expected)))
+    return rows.assign(**dict(zip(("law", "weak", "bearing"), np.transpose(found), strict=True)))
+
+
+def power(part: DataFrame, name: str) -> float:
+    """Exponent of λ_L/λ_s in a ratio, each surface at its own level; of thresholds with several λ_L/λ_s."""
+    surfaces = [part.hurst, part.seed, part.lambda_L]
+    width = np.log(part.lambda_L / part.lambda_s)
+    x, y = (values - values.groupby(surfaces).transform("mean") for values in (width, part[name]))
+    return float((x * y).sum() / (x * x).sum())
+
+
+def main() -> None:
+    """Print the tables of docs/law.md."""
+    rows = compared(recorded())
+    columns = ("law", "weak", "bearing")
+    cells = []
+    for (source, shape, area, delta), part in rows.groupby(["source", "shape", "area", "delta"]):
+        of_hurst = part.groupby("hurst")[list(columns)].mean()
+        row = [source, shape, f"{area:.0%}", f"{delta:g}", len(part)]
+        for name in columns:
+            low, high = np.exp([of_hurst[name].min(), of_hurst[name].max()])
+            row.append(f"{np.exp(part[name].mean()):.2f} ({low:.2f} - {high:.2f})")
+        powers = ", ".join(f"{power(part, name):+.2f}" for name in columns) if part.lambda_s.nunique() > 1 else "-"
+        cells.append((*row, powers))
+    heads = ("thresholds of", "law of attraction", "area", "Δr/h_rms", "thresholds", "w/(U F)", "w/w, Persson-Scaraggi",
+             "w/w, bearing area", "powers of λ_L/λ_s in these")  # fmt: skip
+    sys.stdout.write(Sheet.of("means (least and largest of an H)", heads, cells).markdown() + "\n")
+
+
+if __name__ == "__main__":
+    main()

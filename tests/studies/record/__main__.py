@@ -1,3 +1,0 @@
-from tests.studies.record import main
-
-main()
