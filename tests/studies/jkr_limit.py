@@ -1,7 +1,7 @@
-"""The limit of JKR from states without adhesion: `python -m tests.studies.jkr_limit`, ten minutes on one core.
+"""The limit of JKR from states without adhesion: `python -m tests.studies.jkr_limit`, four minutes.
 
 Thresholds by search over w_JKR at equal repulsive area: of a cylinder and a sphere whose range alone is changed, and of
-rough surfaces with 4 to 64 points to their shortest wave.  Prints the table of docs/law.md.
+rough surfaces with 8 to 32 points to their shortest wave.  Prints the table that docs/law.md sums up.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from tests.studies.one_contact import BODIES, CORE
 from tests.studies.one_state import HEIGHT, RESOLVED, self_affine
 
 AREAS = 1.4, 1.8, 2.3
-"""Areas of the states over the repulsive area that is asked for: about half of a contact presses as its load vanishes."""
+"""Areas of the states over the repulsive area asked for: about half of a contact presses as its load vanishes."""
 SEEDS, LATER = (21, 22, 23), range(24, 30)
 
 
