@@ -124,10 +124,9 @@ def hann(shape: tuple[int, int]) -> Real:
 def windowed(topography: Topography) -> Real:
     """The heights for the Fourier transform: windowed unless periodic, with mean zero."""
     heights = topography.heights
-    if topography.periodic:
-        return heights - heights.mean()
-    window = hann(topography.grid.shape)
-    return window * (heights - float(np.vdot(window, heights)) / np.sum(window))
+    window = 1.0 if topography.periodic else hann(topography.grid.shape)
+    level: Real = heights - np.mean(window * heights) / np.mean(window)
+    return window * level
 
 
 @once
@@ -200,7 +199,7 @@ def _energy_of_mirrored(topography: Topography) -> float:
     qx, qy = (np.pi * np.arange(n) / length for n, length in zip(heights.shape, topography.lengths, strict=True))
     # Row by row, as they are in the cache.
     energies = [conformal_energy(np.hypot(x, qy), row**2) for x, row in zip(qx, amplitude, strict=True)]
-    return float(np.sum(energies)) / heights.size
+    return sum(energies) / topography.heights.size
 
 
 @once
