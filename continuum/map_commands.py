@@ -14,7 +14,7 @@ from continuum.errors import NOT_CONVERGED, OK, InputError
 from continuum.files import output as files
 from continuum.front import predict as predictions
 from continuum.front import study as studies
-from continuum.options import as_options, like
+from continuum.options import Format, as_options, like
 from continuum.show.answer import statements
 from continuum.show.console import show, tell, verbose, warn
 from continuum.show.prediction_data import as_csv
@@ -48,16 +48,20 @@ def predict(
                                               "'{sample}_{spot}_{magnification}'")] = None,
     solve: Annotated[bool | None, Parameter(negative="--no-solve")] = None,
     threads: int = 1,
+    format: Annotated[list[Format] | None, Parameter(help="format of the figures beside the PNG of the page; may be "
+                                                     "repeated")] = None,
     contact_modulus: Annotated[str | None, Parameter(name="--estar")] = None,
     **given: Any,
 ) -> int:  # fmt: skip
+    from continuum.show.plot import written_as
     from continuum.show.prediction import reading_order
 
     given |= {"contact_modulus": contact_modulus}
     if any(map(os.path.isdir, maps)):  # Path.is_dir raises for names that are too long
         beside = {"--csv": csv, "--json": json, "--join": given.get("join")}
-        return _study(maps, [name for name, value in beside.items() if value], output, pattern,
-                      given | {"solve": solve, "threads": threads})  # fmt: skip
+        with written_as(format and ["png", *format]):
+            return _study(maps, [name for name, value in beside.items() if value], output, pattern,
+                          given | {"solve": solve, "threads": threads})  # fmt: skip
     if pattern is not None:
         raise InputError("--pattern applies to the files of a folder, and no folder is given")
     if csv is not None:
@@ -77,7 +81,8 @@ def predict(
         warn(found.doubts)
         for sheet in reading_order(found.sheets()):
             show(sheet)
-    page, *_ = found.write(output, "-".join([*(path.stem for path in maps), "predict"]))
+    with written_as(format and ["png", *format]):
+        page, *_ = found.write(output, "-".join([*(path.stem for path in maps), "predict"]))
     print(f"Figures, tables and {len(found.doubts)} remarks: {page}")
     if json is not None:
         print(files.save(json, found.json()))

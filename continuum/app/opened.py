@@ -20,7 +20,6 @@ from continuum.app.states import OpenedResults, is_stored
 from continuum.errors import InputError
 from continuum.front.predict import Prediction, of_maps
 from continuum.show.answer import statements
-from continuum.show.plot import written_as
 from continuum.sticky.tables import OPTIONS
 from continuum.sticky.threshold import Basis, MapThreshold
 from continuum.sweeps.workers import Task, Worker, say
@@ -96,8 +95,7 @@ class OpenedMap:
 
     def report(self, found: Prediction) -> str:
         """The page that the command writes of a prediction."""
-        with written_as(["png"]):
-            page, *_ = found.write(self.folder / "report", "report")
+        page, *_ = found.write(self.folder / "report", "report")
         return page.read_text(encoding="utf-8")
 
 

@@ -19,7 +19,7 @@ from matplotlib.colors import Colormap, ListedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 from matplotlib.transforms import ScaledTranslation
 
 from continuum.files import output
@@ -52,7 +52,10 @@ _DIGITS: tuple[tuple[float, tuple[float, ...]], ...] = (
 )  # fmt: skip
 """First digits that are labelled on a logarithmic axis of less than a given factor."""
 
-_formats: ContextVar[Sequence[str]] = ContextVar("formats", default=("png", "pdf"))
+_MINOR = 1e6
+"""Factor from which on a logarithmic axis has no ticks between powers of ten: they would be as dense as the line."""
+
+_formats: ContextVar[Sequence[str]] = ContextVar("formats", default=())
 # Without dates, so that the same result gives the same files.
 _METADATA: Any = {
     "pdf": {"CreationDate": None, "Creator": output.MARK.decode()},
@@ -118,7 +121,8 @@ def letter_panels(axes: Iterable[Axes], titles: Iterable[str] = ()) -> None:
     panels = list(axes)
     for letter, axis, title in zip(ascii_uppercase, panels, chain(titles, repeat("")), strict=False):
         named = rf"$\mathbf{{{letter}}}$  {title}" if len(panels) > 1 else title
-        axis.set_title(named.rstrip(), loc="left")
+        # At a given height: matplotlib would lay out all ticks once more to find one above them.
+        axis.set_title(named.rstrip(), loc="left", y=1.0)
 
 
 def labelled(*axes: Axes) -> list[Artist]:
@@ -171,7 +175,9 @@ def log_ticks(*axes: Axes) -> None:
     for axis in (axis for one in axes for axis in (one.xaxis, one.yaxis) if axis.get_scale() == "log"):
         low, high = sorted(axis.get_view_interval())
         axis.set_minor_formatter(NullFormatter())
-        if high < 100 * low:
+        if high > _MINOR * low:
+            axis.set_minor_locator(NullLocator())
+        elif high < 100 * low:
             digits = next(digits for factor, digits in _DIGITS if high < factor * low)
             axis.set_major_locator(LogLocator(subs=digits) if digits else MaxNLocator(4))
             axis.set_major_formatter(FuncFormatter(_number))
@@ -180,7 +186,7 @@ def log_ticks(*axes: Axes) -> None:
 def _number(value: float, _: object) -> str:
     """A number as text, such as 0.02 or 2 10^-9."""
     if value == 0 or 1e-3 <= abs(value) < 1e4:
-        return f"{value:.3g}"
+        return f"{value:.4g}"
     digits, power = f"{value:.2e}".split("e")
     front = "" if float(digits) == 1 else rf"{float(digits):g}\cdot"
     return f"${front}10^{{{int(power)}}}$"
@@ -188,7 +194,7 @@ def _number(value: float, _: object) -> str:
 
 @contextmanager
 def written_as(formats: Sequence[str] | None) -> Iterator[None]:
-    """Save figures in these formats (png, pdf, svg) instead of PNG and PDF; None changes nothing."""
+    """Save figures in these formats (png, pdf, svg) instead of those that are usual; None changes nothing."""
     before = _formats.set(formats or _formats.get())
     try:
         yield
@@ -197,17 +203,18 @@ def written_as(formats: Sequence[str] | None) -> Iterator[None]:
 
 
 @_saved
-def save_figure(figure: Figure, stem: Path, *, own: bool = False) -> Path:
-    """Write ``stem.png`` and ``stem.pdf``, or the formats of :func:`written_as`; returns the first.
+def save_figure(figure: Figure, stem: Path, *, own: bool = False, usual: Sequence[str] = ("png", "pdf")) -> Path:
+    """Write ``stem.png`` and ``stem.pdf``, the ``usual`` formats, or those of :func:`written_as`; returns the first.
 
     Files of other programs are kept unless the folder is the program's ``own``: see
     :func:`continuum.files.output.save`.
     """
     output.folder(stem.parent)
-    paths = [stem.with_name(f"{stem.name}.{one}") for one in _formats.get()]
+    formats = list(dict.fromkeys(_formats.get() or usual))
+    paths = [stem.with_name(f"{stem.name}.{one}") for one in formats]
     layout = figure.get_layout_engine()
     try:
-        for one, path in zip(_formats.get(), paths, strict=True):
+        for one, path in zip(formats, paths, strict=True):
             output.save(path, image_bytes(figure, one), own=own)
             figure.set_layout_engine("none")  # as it is from now on: nothing has moved since
     finally:

@@ -187,11 +187,16 @@ def _probe(probe: ProbePullOff) -> Sheet:
 
 
 def write_prediction(prediction: PredictionNumbers, folder: Path, name: str) -> list[Path]:
-    """Write ``NAME.html``, which needs no other file, and its figures as PNG and PDF; returns HTML and PNG files."""
+    """Write ``NAME.html``, which needs no other file, and its figures as PNG, or in the formats of
+    :func:`continuum.show.plot.written_as`; returns HTML and PNG files.
+    """
     figures = {name: (overview(prediction), "")}
     if prediction.faults:
         figures[f"{name}-faults"] = (fault_figure(prediction), "Faults of the map.")
-    drawn = [(plot.save_figure(figure, folder / stem), caption) for stem, (figure, caption) in figures.items()]
+    drawn = [
+        (plot.save_figure(figure, folder / stem, usual=("png",)), caption)
+        for stem, (figure, caption) in figures.items()
+    ]
     answer, *more = statements(prediction)
     remarks = [Sheet.of("Remarks", ("",), [(text,) for text in prediction.doubts])] if prediction.doubts else []
     page = Page(

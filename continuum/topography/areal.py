@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from continuum.topography.map import Topography, once
+from continuum.model.fourier import Real
+from continuum.topography.map import Topography, means, once
 
 
 class ArealParameters(NamedTuple):
@@ -34,17 +35,25 @@ def areal_parameters(topography: Topography) -> ArealParameters:
     """
     heights = topography.heights
     z = heights - heights.mean()
-    along_x, along_y = (np.diff(z, axis=axis) / topography.grid.spacing[axis] for axis in (0, 1))
-    # Two triangles between four points, each with an edge along x and one along y.
-    squares = np.concatenate([along_x[:, :-1] ** 2 + along_y[:-1] ** 2, along_x[:, 1:] ** 2 + along_y[1:] ** 2])
-    square = z * z
-    rms = float(np.sqrt(square.mean()))
+
+    def powers(part: Real) -> tuple[Real, ...]:
+        square = part * part
+        return square, np.abs(part), square * part, square * square
+
+    def gradients(part: Real) -> tuple[Real, Real]:
+        """Squared gradients of two triangles between four points, each with an edge along x and one along y; areas."""
+        along_x, along_y = (np.square(np.diff(part, axis=axis) / topography.grid.spacing[axis]) for axis in (0, 1))
+        squares = np.concatenate([along_x[:, :-1] + along_y[:-1], along_x[:, 1:] + along_y[1:]])
+        return squares, np.sqrt(1 + squares) - 1
+
+    (square, mean, third, fourth), (gradient, area) = means(z, powers), means(z, gradients, 1)
+    rms = float(np.sqrt(square))
     return ArealParameters(
         Sq=rms,
-        Sa=float(np.abs(z).mean()),
+        Sa=float(mean),
         Sz=float(np.ptp(z)),
-        Ssk=float(np.mean(square * z)) / rms**3,
-        Sku=float(np.mean(square * square)) / rms**4,
-        Sdq=float(np.sqrt(squares.mean())),
-        Sdr=float(np.mean(np.sqrt(1 + squares)) - 1),
+        Ssk=float(third) / rms**3,
+        Sku=float(fourth) / rms**4,
+        Sdq=float(np.sqrt(gradient)),
+        Sdr=float(area),
     )

@@ -23,7 +23,7 @@ import scipy
 
 from continuum import units
 from continuum.model.fourier import Real
-from continuum.topography.map import FLAT, Topography, TopographyError, once
+from continuum.topography.map import FLAT, Topography, TopographyError, means, once
 from continuum.topography.mending import background, cut_off, detrend, fill_outliers
 from continuum.topography.roughness import Fit, Roughness, fit_self_affine, level_floor, roughness_of, spectrum
 from continuum.topography.scanlines import DIRECTED, Mask, ScanLines, raised, scan_lines, spikes
@@ -138,17 +138,33 @@ class Findings:
 def directions(topography: Topography) -> Directions:
     """Slopes and curvatures by direction, from differences of neighbouring heights."""
     h, (dx, dy) = topography.heights, topography.grid.spacing
-    sx, sy = np.diff(h, axis=0) / dx, np.diff(h, axis=1) / dy
-    # In the middle of four points both are known.
-    mx, my = (sx[:, 1:] + sx[:, :-1]) / 2, (sy[1:] + sy[:-1]) / 2
-    xx, yy, xy = np.mean(sx**2), np.mean(sy**2), np.mean(mx * my)
+
+    def between(part: Real) -> tuple[Real, Real]:
+        sx, sy = np.diff(part, axis=0) / dx, np.diff(part, axis=1) / dy
+        # In the middle of four points both are known.
+        return sx**2, (sx[:, 1:] + sx[:, :-1]) * (sy[1:] + sy[:-1]) / 4
+
+    def along(part: Real) -> tuple[Real, Real, Real]:
+        slope, bend = np.diff(part, axis=1) / dy, np.diff(part, 2, axis=1) / dy**2
+        return slope**2, bend, bend**2
+
+    def across(part: Real) -> tuple[Real, Real]:
+        bend = np.diff(part, 2, axis=0) / dx**2
+        return bend, bend**2
+
+    (xx, xy), (yy, *along_y), along_x = means(h, between, 1), means(h, along), means(h, across, 2)
     radius, mean = np.hypot((xx - yy) / 2, xy), (xx + yy) / 2
     return Directions(
         (float(np.sqrt(xx)), float(np.sqrt(yy))),
-        (float(np.std(np.diff(h, 2, axis=0)) / dx**2), float(np.std(np.diff(h, 2, axis=1)) / dy**2)),
+        (_deviation(*along_x), _deviation(*along_y)),
         float(np.sqrt((mean + radius) / max(mean - radius, 1e-12 * mean))) if mean > 0 else 1.0,
         float(np.degrees(np.arctan2(2 * xy, xx - yy) / 2)),
     )
+
+
+def _deviation(mean: float, square: float) -> float:
+    """Standard deviation of numbers with this mean and mean square."""
+    return float(np.sqrt(max(square - mean**2, 0.0)))
 
 
 @once
@@ -300,12 +316,19 @@ def _noise(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
 def _blunt_tip(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     """Summits rounded to a radius, if the valleys are so much sharper that a blunt tip is the cause."""
     h, (dx, dy) = topography.heights, topography.grid.spacing
-    bend = np.diff(h, 2, axis=0)[:, 1:-1] / dx**2 + np.diff(h, 2, axis=1)[1:-1] / dy**2
-    low, high = (float(q) for q in np.quantile(bend, (0.001, 0.999)))
-    if topography.cutoff is not None or bend.std() == 0 or not 0 < -low * BLUNT < high:
+
+    def bends(part: Real) -> Real:
+        return np.asarray(np.diff(part, 2, axis=0)[:, 1:-1] / dx**2 + np.diff(part, 2, axis=1)[1:-1] / dy**2)
+
+    unit = waves.roughness.stencil.rms_curvature
+    if topography.cutoff is not None or not unit > 0:
+        return None
+    mean, square, cube = means(h, lambda part: (bend := bends(part) / unit, bend**2, bend * bend * bend), 2)
+    if not cube >= CUSPS * _deviation(mean, square) ** 3:
         return None
     # Both are required, since the skewness alone may be that of a few points if heights are not Gaussian.
-    if float(np.mean((bend / bend.std()) ** 3)) < CUSPS:
+    low, high = (float(q) for q in np.quantile(bends(h), (0.001, 0.999)))
+    if not 0 < -low * BLUNT < high:
         return None
     tip = -2 / low
     wavelength = min((wave for wave in waves.roughness.followed_by(tip) if _cut(topography, wave)), default=None)

@@ -27,6 +27,8 @@ FLAT = 1e-12
 """Heights smaller than this part of the largest number in the file are rounding errors."""
 _SMALLEST, _LARGEST = 1e-20, 1e20
 """Bounds of the size of a map, in m; heights have the same upper bound."""
+_PART = 2**16
+"""Points of a map that are looked at together: what is made from them stays in the cache of a processor."""
 _NOTHING = 1e-60
 """Bound of heights beyond which squares, divided by pixels to the fourth power, overflow."""
 
@@ -158,6 +160,15 @@ def once(measure: Callable[[Topography], Measured]) -> Callable[[Topography], Me
         return found
 
     return kept
+
+
+def means(heights: Real, fields: Callable[[Real], Sequence[Real]], beside: int = 0) -> Real:
+    """Means over a map of fields that are made from its points and so many rows beside each, a few rows at a time."""
+    rows = max(_PART // heights.shape[1], 1)
+    parts = [fields(heights[low : low + rows + beside]) for low in range(0, heights.shape[0] - beside, rows)]
+    return np.array(
+        [sum(float(one.sum()) for one in same) / sum(one.size for one in same) for same in zip(*parts, strict=True)]
+    )
 
 
 def mirror(topography: Topography) -> Topography:

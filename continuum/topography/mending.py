@@ -85,7 +85,8 @@ def background(topography: Topography, degree: Literal[1, 2]) -> tuple[Real, tup
     if degree == 2:
         terms += [(x**2 - np.mean(x**2), across), (along, y**2 - np.mean(y**2)), (x, y)]
     parts = [float(f @ heights @ g / (f @ f) / (g @ g)) for f, g in terms]
-    fitted: Real = np.sum([part * f[:, None] * g for part, (f, g) in zip(parts, terms, strict=True)], axis=0)
+    columns = np.stack([part * f for part, (f, _) in zip(parts, terms, strict=True)], axis=1)
+    fitted: Real = columns @ np.stack([g for _, g in terms])
     return fitted, (parts[0], parts[1])
 
 

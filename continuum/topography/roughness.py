@@ -19,7 +19,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments, power_spectrum
 from continuum.theory.rough import conformal_energy
-from continuum.topography.map import Bands, Topography, once
+from continuum.topography.map import Bands, Topography, means, once
 
 BANDS_PER_DECADE = 12
 """Number of the logarithmic bands in which spectra are averaged."""
@@ -117,18 +117,16 @@ class Roughness:
 
 def hann(shape: tuple[int, int]) -> Real:
     """Hann window of a map, a product of two, with a mean square of 1."""
-    window = np.ones([count("shape", n) for n in pair("shape", shape)])
-    for axis, n in enumerate(shape):
-        profile = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
-        window = window * np.expand_dims(profile / np.sqrt(np.mean(profile**2)), 1 - axis)
-    return window
+    along, across = (np.sin(np.pi * (np.arange(count("shape", n)) + 0.5) / n) ** 2 for n in pair("shape", shape))
+    return np.outer(along / np.sqrt(np.mean(along**2)), across / np.sqrt(np.mean(across**2)))
 
 
 def windowed(topography: Topography) -> Real:
     """The heights for the Fourier transform: windowed unless periodic, with mean zero."""
     heights = topography.heights
-    window = np.ones(heights.shape) if topography.periodic else hann(topography.grid.shape)
-    return window * (heights - np.sum(window * heights) / np.sum(window))
+    window = 1.0 if topography.periodic else hann(topography.grid.shape)
+    level: Real = heights - np.mean(window * heights) / np.mean(window)
+    return window * level
 
 
 @once
@@ -155,10 +153,15 @@ def stencil_moments(grid: Grid, heights: Real, periodic: bool) -> Moments:
     if flag("periodic", periodic):
         heights = np.pad(heights, 1, mode="wrap")
     dx, dy = grid.spacing
-    slope = np.mean((np.diff(heights, axis=0) / dx) ** 2) + np.mean((np.diff(heights, axis=1) / dy) ** 2)
-    laplacian = np.diff(heights, 2, axis=0)[:, 1:-1] / dx**2 + np.diff(heights, 2, axis=1)[1:-1] / dy**2
+
+    def squares(part: Real) -> tuple[Real]:
+        return ((np.diff(part, 2, axis=0)[:, 1:-1] / dx**2 + np.diff(part, 2, axis=1)[1:-1] / dy**2) ** 2,)
+
+    (along_x,) = means(heights, lambda part: ((np.diff(part, axis=0) / dx) ** 2,), 1)
+    (along_y,) = means(heights, lambda part: ((np.diff(part, axis=1) / dy) ** 2,))
+    (bend,) = means(heights, squares, 2)
     inner = heights[1:-1, 1:-1] if periodic else heights
-    return Moments(float(inner.std()), float(np.sqrt(slope)), float(np.sqrt(np.mean(laplacian**2))))
+    return Moments(float(inner.std()), float(np.sqrt(along_x + along_y)), float(np.sqrt(bend)))
 
 
 def _fine(bands: Bands) -> Bands:
@@ -194,7 +197,9 @@ def _energy_of_mirrored(topography: Topography) -> float:
     heights = topography.heights - topography.heights.mean()
     amplitude = scipy.fft.dctn(heights, norm="ortho", overwrite_x=True)
     qx, qy = (np.pi * np.arange(n) / length for n, length in zip(heights.shape, topography.lengths, strict=True))
-    return conformal_energy(np.hypot(qx[:, None], qy), amplitude**2 / heights.size)
+    # Row by row, as they are in the cache.
+    energies = [conformal_energy(np.hypot(x, qy), row**2) for x, row in zip(qx, amplitude, strict=True)]
+    return sum(energies) / topography.heights.size
 
 
 @once
@@ -203,24 +208,26 @@ def roughness_of(topography: Topography) -> Roughness:
     if (bands := topography.bands) is not None:
         return _roughness_of_bands(bands, topography)
     grid, heights = topography.grid, topography.heights
-    weighted = windowed(topography)
-    power_q = np.abs(grid.forward(weighted)) ** 2 * grid.mode_weights
+    amplitude = grid.forward(windowed(topography))
+    power_q = (amplitude.real**2 + amplitude.imag**2) * grid.mode_weights
     q = grid.wavenumber.ravel()
     order = np.argsort(q)[1:]  # q = 0 is a mean, not roughness
     wavenumber, power = q[order], power_q.ravel()[order]
     stencil = stencil_moments(grid, heights, topography.periodic)
-    spectral = Moments(*(float(np.sqrt(np.sum(wavenumber**exponent * power))) for exponent in (0, 2, 4)))
+    square = wavenumber * wavenumber
+    weights = power, square * power, square * square * power, wavenumber * power
+    sums = [float(np.sum(one)) for one in weights]
+    spectral = Moments(*np.sqrt(sums[:3]).tolist())
     whole = spectral if topography.periodic else stencil
     energy = conformal_energy(wavenumber, power) if topography.periodic else _energy_of_mirrored(topography)
 
-    def share(exponent: int, total: float) -> Real:
-        weights = wavenumber**exponent * power
-        return weights * (total / np.sum(weights))
-
-    height, slope, curvature = whole
-    shares = share(0, height**2), share(2, slope**2), share(4, curvature**2), share(1, energy)
+    totals = *(moment**2 for moment in whole), energy
+    height, slope, curvature, elastic = (
+        one * (total / of) for one, total, of in zip(weights, totals, sums, strict=True)
+    )
     return Roughness(
-        whole, stencil, spectral, energy, wavenumber, shares, max(grid.spacing), min(grid.lengths)
+        whole, stencil, spectral, energy, wavenumber, (height, slope, curvature, elastic),
+        max(grid.spacing), min(grid.lengths),
     )  # fmt: skip
 
 

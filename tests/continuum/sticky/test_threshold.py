@@ -326,6 +326,10 @@ def test_the_command_says_what_it_does_and_then_the_answer(tmp_path: Path, capsy
     assert "solved in " in said.err
     assert len(said.out.splitlines()) <= 10
     assert said.out.startswith("Sticky")
+    assert (tmp_path / "map-predict.png").exists()
+    assert not [*tmp_path.glob("*.pdf")]  # of which the fonts alone would take a quarter of the time
+    assert main([*command, "--no-solve", "--format", "pdf"]) == 0
+    assert {path.suffix for path in tmp_path.glob("map-predict.*")} == {".html", ".png", ".pdf"}
 
 
 @pytest.mark.parametrize(("text", "expected"), [("0", "a unit of length is missing"), ("banana", "not a number")])

@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.topography.areal import areal_parameters
+from continuum.topography.faults import directions
 from continuum.topography.map import Topography
+from continuum.topography.roughness import stencil_moments
 
 
 @given(st.floats(0.01, 3.0), st.floats(0.01, 3.0), st.floats(1e-9, 1e3))
@@ -32,3 +34,18 @@ def test_a_wave() -> None:
         (np.sqrt(8) / np.pi, 1.5, 0.5), rel=1e-3
     )
     assert found.Sdq == pytest.approx(0.04 / np.sqrt(2), rel=5e-3)  # differences of neighbours lose a part
+
+
+def test_a_map_is_looked_at_a_few_rows_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many: one part, parts of the fewest rows, and a last one that is shorter tell the same."""
+    heights = np.random.default_rng(0).normal(size=(67, 16)).cumsum(0)
+    found = []
+    for part in (1, 16 * 5, 16 * 66, 10**6):
+        monkeypatch.setattr("continuum.topography.map._PART", part)
+        one = Topography(heights, (67.0, 32.0))
+        by = directions(one)
+        moments = stencil_moments(one.grid, heights, periodic=True)
+        found.append([*areal_parameters(one), *by.slopes, *by.curvatures, by.anisotropy, by.angle, *moments])
+    assert np.diff(heights, axis=0).std() == pytest.approx(by.slopes[0], rel=0.1)
+    for other in found[:-1]:
+        assert other == pytest.approx(found[-1], rel=1e-9, abs=1e-12)
