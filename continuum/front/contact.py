@@ -140,6 +140,8 @@ class Contact:
     ) -> State:
         """The equilibrium at a given area, mean gap, separation or pressure.
 
+        Check its status, or call :meth:`State.require`.
+
         Parameters
         ----------
         area : repulsive area, as a fraction of A0.
@@ -147,8 +149,6 @@ class Contact:
         pressure : mean pressure, in E*, compression positive.
         start : state to start from (its imprint is kept if the wall yields), or its gap, shape (nx, ny), in a0; the
             undeformed surface if None.
-
-        Check the status of the state, or call :meth:`State.require`.
         """
         held = {"area": area, "mean_gap": mean_gap, "separation": separation, "pressure": pressure}
         control, name, given = loading.controlled(**held)
