@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import tomllib
 from importlib import import_module
 from pathlib import Path
@@ -142,6 +143,18 @@ def _generate(_: object) -> None:
             path.write_text(text)
 
 
+def _described(app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
+    """Set ``name : description`` as a name and its description: by itself Sphinx reads types there, and links words."""
+    rule = lines.index("Parameters") + 2 if "Parameters" in lines else len(lines)
+    for i, line in enumerate(lines[rule:], rule):
+        if i + 1 < len(lines) and lines[i + 1].startswith("---"):
+            break  # the next section
+        if found := re.fullmatch(r"(\w[\w, ]*) : (.*)", line):
+            lines[i] = f"{found[1]}\n    {found[2]}"
+    lines[:] = "\n".join(lines).split("\n")
+
+
 def setup(app: Sphinx) -> None:
-    """Make the reference before the pages are read."""
+    """Make the reference before the pages are read, and descriptions before the sections of docstrings are."""
     app.connect("builder-inited", _generate)
+    app.connect("autodoc-process-docstring", _described, priority=400)

@@ -126,7 +126,7 @@ class LatticeResponse:
 
     @cached_property
     def rise(self) -> Real:
-        """Rise of each layer at rest above its lattice sites, shape (layers,), in a0: the surface relaxes."""
+        """Rise of each layer at rest above its lattice sites, shape (layers,), in a0, as the surface relaxes."""
         rise = np.zeros(self.slab.layers)
         relaxed = self.force_constants.relaxation
         rise[: relaxed.size] = relaxed
