@@ -167,3 +167,12 @@ def two_ranks() -> str:
     from atomistic.lammps.engine import script
 
     return f"{script('mpiexec')} -n 2 {script('lmp')}"
+
+
+def hessian_product(problem: ContactProblem, displacement: Real, separation: float, change: Real) -> Real:
+    """Derivative of the gradient of the energy along a change of the displacement, per area, in E*."""
+    grid, stiffness = problem.grid, problem.wall.evaluate(problem.gap(displacement, separation)).stiffness
+    product_q = problem.elastic_traction_q(grid.forward(change)) + grid.forward(stiffness * change)
+    if np.isinf(problem.mean_stiffness):
+        product_q[0, 0] = 0.0
+    return grid.inverse(product_q)

@@ -162,11 +162,3 @@ class ContactProblem:
         if np.isinf(self.mean_stiffness):
             gradient_q[0, 0] = 0.0
         return self.grid.inverse(gradient_q)
-
-    def hessian_product(self, displacement: Real, separation: float, change: Real) -> Real:
-        """Derivative of the gradient along a change of the displacement, per area, in E*."""
-        stiffness = self.wall.evaluate(self.gap(displacement, separation)).stiffness
-        product_q = self.elastic_traction_q(self.grid.forward(change)) + self.grid.forward(stiffness * change)
-        if np.isinf(self.mean_stiffness):
-            product_q[0, 0] = 0.0
-        return self.grid.inverse(product_q)

@@ -21,15 +21,6 @@ KAPPA_PERSSON = float(np.sqrt(8 / np.pi))
 """κ at vanishing load in Persson's theory, 1.596."""
 
 
-def persson_area(pressure: float, rms_slope: float, contact_modulus: float = 1.0) -> float:
-    """A/A0 = scipy.special.erf(sqrt(2) p/(h' E*)), without adhesion, at a mean pressure p.
-
-    Persson, J. Chem. Phys. 115, 3840 (2001), with the variance of the pressure at full contact, (h' E*/2)².
-    Exact at full contact; at small load about 20 % below simulation.
-    """
-    return float(scipy.special.erf(np.sqrt(2) * pressure / (rms_slope * contact_modulus)))
-
-
 def asperity_limit(work_of_adhesion: float, rms_height: float) -> float:
     """N P_c/A0 of N JKR asperities that all pull at once: (3π/2) w R n = 0.2356 w/h_rms, the paper's Suppl. S-III.
 

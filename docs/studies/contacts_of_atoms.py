@@ -28,7 +28,8 @@ from continuum.model.surfaces import CylinderSurface, sine, sphere
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
-from continuum.theory.smooth import Hertz, Westergaard
+from continuum.theory.smooth import Hertz
+from tests.classical import Westergaard
 
 __all__ = ["CONTACTS", "Compared", "compare"]
 

@@ -13,10 +13,19 @@ from typing import Self
 import numpy as np
 import scipy
 
-from continuum.theory.rough import Real, persson_area
+from continuum.theory.rough import Real
 
 _NODES = 400
 _T = np.geomspace(1e-8, 6.0, 2000)
+
+
+def persson_area(pressure: float, rms_slope: float, contact_modulus: float = 1.0) -> float:
+    """A/A0 = scipy.special.erf(sqrt(2) p/(h' E*)), without adhesion, at a mean pressure p.
+
+    Persson, J. Chem. Phys. 115, 3840 (2001), with the variance of the pressure at full contact, (h' E*/2)².
+    Exact at full contact; at small load about 20 % below simulation.
+    """
+    return float(scipy.special.erf(np.sqrt(2) * pressure / (rms_slope * contact_modulus)))
 
 
 @dataclass(frozen=True, eq=False)

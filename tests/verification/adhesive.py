@@ -26,7 +26,8 @@ from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.loading import follow, solve
 from continuum.path.state import PathState
 from continuum.solve.solution import Settings
-from continuum.theory.smooth import DMT, JKR, AdhesiveWave, MaugisDugdale
+from continuum.theory.smooth import DMT, JKR, MaugisDugdale
+from tests.classical import AdhesiveWave
 from tests.verification.axisymmetric import AxisymmetricSphere
 
 __all__ = [

@@ -19,7 +19,8 @@ from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import HardWall
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
-from continuum.theory.smooth import DMT, JKR, Hertz, Westergaard
+from continuum.theory.smooth import DMT, JKR, Hertz
+from tests.classical import Westergaard
 from tests.verification.adhesive import (
     IMAGES_CURVATURE,
     IMAGES_SHIFT,

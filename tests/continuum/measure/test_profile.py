@@ -21,7 +21,8 @@ from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
 from continuum.theory.paper import attraction_width
 from continuum.theory.paper import gap_outside_contact as predicted_gap
-from continuum.theory.smooth import Hertz, Westergaard
+from continuum.theory.smooth import Hertz
+from tests.classical import Westergaard
 from tests.problems import distance
 
 WALL = LennardJonesSpline(adhesion_length=0.005)

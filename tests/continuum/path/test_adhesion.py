@@ -15,8 +15,8 @@ from scipy.special import erfc, zeta
 from continuum.model.substrates import HalfSpace
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
-from continuum.theory.smooth import AdhesiveWave
 from docs.studies import verification as report
+from tests.classical import AdhesiveWave
 from tests.verification import checks
 from tests.verification.adhesive import IMAGES_CURVATURE, IMAGES_SHIFT, PAPER_LAW, dugdale_law, wave_problem
 from tests.verification.checks import COMPARISONS, Check, Comparison

@@ -20,7 +20,8 @@ from continuum.path.loading import follow, solve
 from continuum.path.state import Control, PathState, state_of
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
-from continuum.theory.smooth import Hertz, Westergaard
+from continuum.theory.smooth import Hertz
+from tests.classical import Westergaard
 from tests.problems import Rough
 
 TIGHT = Settings(tolerance=1e-10)

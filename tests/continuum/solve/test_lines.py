@@ -14,7 +14,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
-from continuum.theory.smooth import AdhesiveWave, Westergaard
+from tests.classical import AdhesiveWave, Westergaard
 
 
 def line(n: int, spacing: float = 1.0) -> c.Grid:

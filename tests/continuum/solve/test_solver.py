@@ -25,7 +25,8 @@ from continuum.path.state import Control, PathState
 from continuum.solve.backend import SHORT_WAVES
 from continuum.solve.solution import NotConvergedError, Settings, Status
 from continuum.solve.solver import Solver
-from continuum.theory.smooth import Hertz, Westergaard
+from continuum.theory.smooth import Hertz
+from tests.classical import Westergaard
 from tests.problems import Rough, touching
 
 TIGHT = Settings(tolerance=1e-9)

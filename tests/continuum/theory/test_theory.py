@@ -15,6 +15,8 @@ from scipy.integrate import quad
 
 from continuum.sticky.criteria import CRITERIA, Estimate, RoughContact, every_estimate
 from continuum.theory import paper, rough, smooth
+from docs.studies.persson import persson_area
+from tests import classical
 
 positive = st.floats(0.1, 10)
 slope = st.floats(0.01, 0.5)
@@ -204,8 +206,8 @@ RESULTS: dict[str, tuple[int, int] | tuple[tuple[int, int], ...]] = {
 
 def _functions() -> list[Callable[..., Any]]:
     """Every public function and every public property and method of the oracles, as functions of numbers by name."""
-    found: list[Callable[..., Any]] = []
-    for module in (paper, smooth, rough):
+    found: list[Callable[..., Any]] = [persson_area]
+    for module in (paper, smooth, rough, classical):
         public = [name for name in vars(module) if not name.startswith("_")]
         for thing in (getattr(module, name) for name in public):
             if getattr(thing, "__module__", None) != module.__name__:
