@@ -16,9 +16,9 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from continuum.arguments import ArgumentError, file_name
-from continuum.files.tables import Document, frozen
+from continuum.files.tables import Document
 from continuum.files.toml import ConfigError, Source, find, nearest
-from continuum.tables import STRICT, Fault, Key, Table, TableFamily, explained, table_in, tables_in
+from continuum.tables import STRICT, Fault, Key, Table, TableFamily, explained, frozen, table_in, tables_in
 
 _Document = TypeVar("_Document", bound=Document)
 

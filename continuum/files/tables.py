@@ -9,8 +9,7 @@ from typing import Any, ClassVar, TypeVar
 from pydantic import PrivateAttr
 
 from continuum.files.toml import ConfigError, Source
-from continuum.tables import Fault, Table
-from continuum.tables import frozen as frozen
+from continuum.tables import Fault, Table, frozen
 
 _Document = TypeVar("_Document", bound="Document")
 

@@ -17,7 +17,7 @@ from continuum.arguments import choice, file_name, flag
 from continuum.files import output, store
 from continuum.files.hdf5 import StoreError
 from continuum.files.store import Dataset
-from continuum.files.tables import frozen, identity, restored
+from continuum.files.tables import identity, restored
 from continuum.files.toml import ConfigError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
@@ -28,6 +28,7 @@ from continuum.sweeps.folder import TABLE_SCHEMA, Folder
 from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
 from continuum.sweeps.sweep import SweepListing, systems_of
 from continuum.sweeps.workers import TaskResult
+from continuum.tables import frozen
 
 if TYPE_CHECKING:
     import pandas
