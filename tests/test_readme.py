@@ -80,7 +80,7 @@ def test_every_room_is_in_the_layout_and_every_picture_exists() -> None:
     assert pictures
     for picture in pictures:
         assert (ROOT / picture).is_file(), picture
-    assert len(README.splitlines()) <= 150, "what is measured stands on the site"
+    assert len(README.splitlines()) <= 120, "what is measured stands on the site"
 
 
 def test_what_the_walk_through_the_house_names_is_there() -> None:
