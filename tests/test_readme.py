@@ -63,7 +63,9 @@ def test_the_example_runs_as_printed_in_a_script(tmp_path: Path) -> None:
     assert np.isfinite(float(kappa))
     pull_off, last_kappa = map(float, curve.split())
     assert pull_off > 0 > last_kappa
-    assert "The paper's Eq. (6) has a margin of " in answer
+    shown = re.search(r"```text\n(Sticky: .*?)```", README, re.DOTALL)
+    assert shown is not None
+    assert answer.split(".  ") == shown[1].removesuffix(".\n").split(".\n")
     assert (tmp_path / "contact.png").stat().st_size > 1000
     assert (tmp_path / "results" / "path.h5").is_file()
     assert (tmp_path / "results" / "quick.h5").is_file()
