@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = "continuum", "atomistic"
 MODULES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 DRAWING = Path(__file__).with_name("house.svg")
-SIDE = {"continuum": 0.0, "atomistic": 5.0}
+SIDE = {"continuum": 0.0, "atomistic": 4.8}
 APART = 1.7
 """Distance of two rooms of one level."""
 COLOURS = {"continuum": "#dbe9f6", "atomistic": "#fde3c8"}
@@ -107,8 +107,8 @@ def drawn(graph: Rooms) -> Figure:
     axes = figure.add_subplot()
     boxes = {
         room: axes.text(
-            *place[room], room.split(".")[1], ha="center", va="center", fontsize=11.5, zorder=3,
-            bbox={"boxstyle": "round,pad=0.25", "facecolor": COLOURS[room.split(".")[0]], "edgecolor": "0.3"},
+            *place[room], room.split(".")[1], ha="center", va="center", fontsize=11, zorder=3,
+            bbox={"boxstyle": "round,pad=0.2", "facecolor": COLOURS[room.split(".")[0]], "edgecolor": "0.3"},
         )
         for room in shown
     }  # fmt: skip
@@ -122,7 +122,7 @@ def drawn(graph: Rooms) -> Figure:
                             "shrinkA": 0, "shrinkB": 1},
             )  # fmt: skip
     across, up = zip(*place.values(), strict=True)
-    axes.set(xlim=(min(across) - 0.8, max(across) + 0.8), ylim=(min(up) - 0.4, max(up) + 1.0))
+    axes.set(xlim=(min(across) - 0.6, max(across) + 0.65), ylim=(min(up) - 0.4, max(up) + 1.0))
     for package in PACKAGES:
         axes.text(SIDE[package], max(up) + 0.7, package, ha="center", fontsize=15, weight="bold")
     axes.axis("off")
