@@ -47,7 +47,7 @@ NEW = {
     "function": ("surface-tension", "continuum/test_tables continuum/model/test_consistency"),
     "criterion": ("margin_is_the_factor or estimates_in_any_units", "continuum/theory/test_theory"),
     "material": ("page_has_the_table", "continuum/sticky/test_predict"),
-    "deck protocol": ("an_input_for_each_protocol", "atomistic/ladder/test_cost"),
+    "deck protocol": ("an_input_for_each_protocol or took[press]", "atomistic/ladder/test_cost"),
     "column": ("result_holds_what", "continuum/runs/test_run"),
 }  # fmt: skip
 """Words in the names of tests of all kinds, and their files."""
@@ -173,3 +173,22 @@ def test_what_the_page_adds_works(ran: str, name: str) -> None:
         if "PASSED" in line and any(word in line for word in words.split(" or "))
     }
     assert {f"tests/{file}.py" for file in files.split()} <= passed
+
+
+IN_A_SCRIPT = ("wall law", "function", "criterion", "artefact", "deck protocol", "output format")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", IN_A_SCRIPT)
+def test_the_same_block_defines_it_in_a_script(tmp_path: Path, name: str) -> None:
+    section = SECTIONS[name]
+    script = [block for language, block in section.blocks if language == "python"]
+    for (language, block), file in zip(section.blocks, section.files, strict=True):
+        if language == "toml":
+            (tmp_path / file).parent.mkdir(parents=True)
+            (tmp_path / file).write_text(FILE.sub("", block, count=1), encoding="utf-8")
+    (tmp_path / "script.py").write_text("\n".join((*script, section.use)), encoding="utf-8")
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-W", "error", "script.py"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
