@@ -8,7 +8,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
-from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -24,22 +23,9 @@ from continuum.runs.config import RunConfig
 from continuum.runs.cost import Cost, cost_of
 from continuum.runs.run import follow_run
 from continuum.sweeps.axes import Sweep
+from docs.house import MODULES, ROOT, imports
 
-ROOT = Path(__file__).parent.parent
-MODULES = sorted(path for package in ("continuum", "atomistic") for path in (ROOT / package).rglob("*.py"))
 INPUTS = sorted((ROOT / "inputs").rglob("*.toml"))
-
-
-@cache
-def imports(path: Path) -> tuple[str, ...]:
-    """Names of the modules that a file imports, at its top or anywhere in it."""
-    tree, found = ast.parse(path.read_text()), list[str]()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            found += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-    return tuple(found)
 
 
 def name(path: Path) -> str:

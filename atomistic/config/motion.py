@@ -111,7 +111,7 @@ class MotionTable(ProtocolTable):
 
     @property
     def reversals(self) -> list[tuple[float, float]]:
-        """Separations and offsets of the wall between which it moves, in a0."""
+        """Separations and offsets between which the wall moves, in a0; where one comes twice it rests for a window."""
         raise NotImplementedError
 
     def steps(self) -> Steps:
@@ -133,7 +133,7 @@ class MotionTable(ProtocolTable):
         reversals, rest = self.reversals, self.hold + self.dwell
         places, duration = [reversals[0]] * (rest + 1), [self.window] * rest
         for (d0, o0), (d1, o1) in pairwise(reversals):
-            time = float(np.hypot(d1 - d0, o1 - o0)) / self.velocity
+            time = float(np.hypot(d1 - d0, o1 - o0)) / self.velocity or self.window  # a place twice: at rest there
             count = max(1, round(time / self.window))
             places += [(d0 + (d1 - d0) * i / count, o0 + (o1 - o0) * i / count) for i in range(1, count + 1)]
             duration += [time / count] * count

@@ -45,7 +45,7 @@ class Protocol:
         """The protocol with another start of its search for separations; unchanged if these are given."""
         return self
 
-    def about(self) -> Mapping[str, float]:
+    def about(self) -> Mapping[str, object]:
         """Its entries in ``deck.json`` beside the number of steps."""
         return {}
 
@@ -232,6 +232,17 @@ class Motion(Protocol):
         ends = list(pairwise(zip(self.separations, self.offsets, strict=True)))[self.hold :]
         return next((i for i, (begin, end) in enumerate(ends) if begin != end), len(ends))
 
+    @property
+    def averaged(self) -> tuple[int, int]:
+        """Windows of the means, the first and the one after the last.
+
+        They are the first in a row after those of ``hold`` in which the wall slides or, if it never does, rests.
+        """
+        places = pairwise(zip(self.separations, self.offsets, strict=True))
+        counts = [b[1] != a[1] if self.slides else b == a for a, b in places]
+        first = next((i for i in range(self.hold, self.steps) if counts[i]), self.hold)
+        return first, next((i for i in range(first, self.steps) if not counts[i]), self.steps)
+
     def from_separation(self, separation: float) -> Self:
         return self if self.pressure is None else replace(self, separations=(separation,) * len(self.separations))
 
@@ -257,9 +268,10 @@ class Motion(Protocol):
         found = zip(places, self.durations, self.block, damped, strict=True)
         return list(found) if self.pressure is None else [(*step, self.pressure) for step in found]
 
-    def about(self) -> Mapping[str, float]:
+    def about(self) -> Mapping[str, object]:
         kept = {} if self.pressure is None else {"pressure": self.pressure}
-        return {"temperature": self.temperature, "hold": self.hold, "dwell": self.dwell, **kept}
+        return {"temperature": self.temperature, "hold": self.hold, "dwell": self.dwell,
+                "averaged": self.averaged, **kept}  # fmt: skip
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
         unit, boltzmann = time_unit(model), BOLTZMANN[model.units]

@@ -6,7 +6,7 @@ import enum
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -193,6 +193,8 @@ class DeckDescription:
     """Number of first windows of a motion, in which a thermostat acts on all layers; they are not averaged."""
     dwell: int = 0
     """Number of following windows in which the wall rests."""
+    averaged: Sequence[int] = ()
+    """First window of the means, and the one after the last; empty in a deck of an earlier version."""
     pressure: float | None = None
     """Constant mean pressure of a sliding wall, in E*; None at constant separation."""
 

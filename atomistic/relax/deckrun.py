@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -175,10 +176,13 @@ class DeckSteps:
     @property
     def averaged(self) -> tuple[DeckStep, ...]:
         """Windows to average in a motion: those in which the wall slides, else those in which it rests after hold."""
-        hold, dwell = self.description.hold, self.description.dwell
-        if self.slides:
-            return self.steps[hold + dwell :]
-        return self.steps[hold : hold + dwell]
+        return self.steps[slice(*self._averaged)]
+
+    @property
+    def _averaged(self) -> Sequence[int]:
+        about = self.description
+        rest = about.hold + about.dwell
+        return about.averaged or ((rest, len(self.steps)) if self.slides else (about.hold, rest))
 
     @property
     def slides(self) -> str:
@@ -245,7 +249,7 @@ class DeckSteps:
     @property
     def balance(self) -> EnergyBalance | None:
         """Energy that atoms and wall got over the windows :attr:`averaged`; None without any, or of an earlier deck."""
-        count, first = len(self.averaged), self.description.hold + (self.description.dwell if self.slides else 0)
+        count, first = len(self.averaged), self._averaged[0]
         if not (count and first):
             return None  # without a state before them
         numbers = np.array([[getattr(step, name) for name in ENERGIES] for step in self.averaged])

@@ -1,7 +1,7 @@
 """Areas, loads and contact map of a state, and the numbers by which the paper compares contacts."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -16,9 +16,9 @@ OUT_OF_RANGE, ATTRACTED, REPULSIVE = np.uint8(0), np.uint8(1), np.uint8(2)
 _ROWS = 256
 
 
-def quantity(units: str, long_name: str) -> Any:
-    """A stored field of a record, with its unit and its description."""
-    return field(metadata={"units": units, "long_name": long_name})
+def quantity(units: str, long_name: str, default: Any = MISSING) -> Any:
+    """A stored field of a record, with its unit and its description; by default one that every stored record has."""
+    return field(default=default, metadata={"units": units, "long_name": long_name})
 
 
 @dataclass(frozen=True)

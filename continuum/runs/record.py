@@ -249,13 +249,15 @@ _ROWS = 256
 
 def points_of(file: store.File) -> tuple[Point, ...]:
     """The points in a file; raises ValueError if it does not hold what a run stores."""
-    # Files of earlier versions have one work of adhesion, that of their wall.
-    same = [file.attributes.get("work_of_adhesion", np.nan)] * len(file["step"])
+    known = dataclasses.fields(Point)
+    # Files of earlier versions have one work of adhesion, that of their wall, and lack columns that came later.
+    lacking = {one.name: one.default for one in known if one.default is not dataclasses.MISSING}
+    lacking |= {"work_of_adhesion": file.attributes.get("work_of_adhesion", np.nan)}
     columns = {
-        column.name: same
-        if column.name == "work_of_adhesion" and column.name not in file.datasets
-        else _column(file, column.name, column.type)
-        for column in dataclasses.fields(Point)
+        one.name: [lacking[one.name]] * len(file["step"])
+        if one.name in lacking and one.name not in file.datasets
+        else _column(file, one.name, one.type)
+        for one in known
     }
     rows = zip(*columns.values(), strict=True)
     return tuple(Point(**dict(zip(columns, row, strict=True))) for row in rows)

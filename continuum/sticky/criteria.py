@@ -322,4 +322,5 @@ CRITERIA = {criterion.key: criterion for criterion in _CRITERIA}
 
 def every_estimate(contact: RoughContact) -> tuple[Estimate, ...]:
     """All estimates that the inputs allow: verdicts, the paper's first, and the numbers behind them."""
-    return tuple(criterion(contact) for criterion in CRITERIA.values() if criterion.possible(contact))
+    found = [criterion(contact) for criterion in CRITERIA.values() if criterion.possible(contact)]
+    return tuple(sorted(found, key=lambda estimate: estimate.margin is None))

@@ -13,7 +13,7 @@ are not for them.  On such a surface nothing is called an outlier, and no remedy
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -195,7 +195,7 @@ def _of_the_surface(faults: list[MapFault]) -> list[MapFault]:
     return [replace(fault, remedy={}, of_the_heights=False) if fault.kind in waves else fault for fault in kept]
 
 
-def _looked_for(stages: tuple[Stage, ...], topography: Topography, seen: Any) -> tuple[list[MapFault], Topography]:
+def _looked_for(stages: Sequence[Stage], topography: Topography, seen: Any) -> tuple[list[MapFault], Topography]:
     """Faults of each stage, found on the map corrected for the stages before, and the corrected map."""
     faults: list[MapFault] = []
     for stage in stages:
@@ -390,14 +390,14 @@ def above(
     return find
 
 
-Stage = tuple[Artefact, ...]
+Stage = list[Artefact]
 """Artefacts that are looked for on one map, and then corrected together."""
-LEVELLING: tuple[Stage, ...] = (_scars, _spikes), (_tilt,), (_line_noise, _outlier_lines), (_bow,)
+LEVELLING: list[Stage] = [[_scars, _spikes], [_tilt], [_line_noise, _outlier_lines], [_bow]]
 """Artefacts of the instrument in lines and single points: called with the map and its :class:`Marks`."""
-ROUGHENING: tuple[Stage, ...] = (
-    (_not_gaussian,),  # repeated below: a cut-off rounds cusps between spheres, and noise is equally steep everywhere
-    (_noise, _blunt_tip),
-    (
+ROUGHENING: list[Stage] = [
+    [_not_gaussian],  # repeated below: a cut-off rounds cusps between spheres, and noise is equally steep everywhere
+    [_noise, _blunt_tip],
+    [
         _anisotropy,
         _not_gaussian,
         above("height steps", lambda topography, _: _equal_neighbours(topography.read), STEPS,
@@ -409,8 +409,8 @@ ROUGHENING: tuple[Stage, ...] = (
               "an rms slope of {}: size or unit of the heights are probably wrong", excludes=_CHECK),
         above("pixel", lambda topography, _: max(topography.grid.spacing), COARSE,
               "pixels of {}: the size of the map is probably wrong", _length, _CHECK),
-    ),
-)  # fmt: skip
+    ],
+]  # fmt: skip
 """Artefacts in the spectrum and in the statistics: called with the map and its :class:`SpectrumFindings`."""
 MENDING: dict[str, Callable[[Topography, Any], Topography]] = {
     "fill": lambda topography, share: fill_outliers(topography, 1.0),

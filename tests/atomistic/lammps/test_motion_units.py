@@ -139,6 +139,28 @@ def test_a_wall_dwells_until_it_first_moves(
     assert motion.slides == any(offsets)
 
 
+@pytest.mark.parametrize(
+    ("separations", "offsets", "hold", "averaged"),
+    [
+        ((1.0, 1.0, 0.9, 0.9, 0.9), (0.0,) * 5, 1, (2, 4)),  # it comes down, and rests
+        ((1.0, 0.9, 0.9, 0.8, 0.8), (0.0,) * 5, 0, (1, 2)),  # at two places: two states, of which one is averaged
+        ((1.0, 1.0, 1.0, 0.9, 0.8), (0.0,) * 5, 1, (1, 2)),
+        ((1.0,) * 5, (0.0, 0.0, 0.1, 0.2, 0.2), 0, (1, 3)),  # it slides, and stops
+        ((1.0, 0.9, 0.9, 0.9, 0.9), (0.0, 0.0, 0.0, 0.1, 0.2), 0, (2, 4)),  # it comes down, rests and slides
+    ],
+)
+def test_means_are_of_the_first_windows_in_a_row_in_which_the_wall_slides_or_else_rests(
+    separations: tuple[float, ...], offsets: tuple[float, ...], hold: int, averaged: tuple[int, int]
+) -> None:
+    motion = replace(MOTION, separations=separations, offsets=offsets, durations=(1.0,) * 4, hold=hold)
+    assert motion.about()["averaged"] == averaged
+
+
+def test_a_wall_that_never_rests_has_no_windows_for_a_mean() -> None:
+    first, last = replace(MOTION, separations=(1.2, 1.1, 1.0), offsets=(0.0,) * 3).averaged
+    assert first == last
+
+
 TABLE = {"kind": "velocity", "separations": [1.2, 1.1], "temperature": 0.01, "window": 30.0}
 BOUNDS: dict[str, tuple[float, float]] = {
     "temperature": (0.0, -1e-300),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -96,6 +97,8 @@ def test_a_free_warm_surface_stays_where_separations_count_from(
     a.run_deck(directory)
     run = a.read(directory)
     assert [run.description.hold, run.description.dwell, len(run.averaged)] == [2, 3, 3]
+    # A deck of an earlier version does not say what is averaged.
+    assert replace(run, description=replace(run.description, averaged=())).averaged == run.averaged == run.steps[2:]
     found = run.mean("mean_gap")
     # The place of the surface was itself measured, to an error that its notes say.
     error = np.hypot(found.error, 0.003)

@@ -318,8 +318,9 @@ def test_estimates_in_any_units(contact: RoughContact, length: float, modulus: f
     }
     unit = {"": 1.0, "length": length, "pressure": modulus}
     estimates = every_estimate(contact)
-    assert len({estimate.name for estimate in estimates}) == len(estimates) == 19
-    assert estimates[:7] == verdicts(contact)
+    possible = [criterion for criterion in CRITERIA.values() if criterion.possible(contact)]
+    assert len({estimate.name for estimate in estimates}) == len(estimates) == len(possible) >= 19
+    assert estimates[: len(verdicts(contact))] == verdicts(contact)
     for one, other in zip(estimates, every_estimate(RoughContact(**values)), strict=True):
         # Pull-off forces that vanish are known to rounding only.
         assert other.value / unit[other.unit] == pytest.approx(one.value, rel=1e-6, abs=1e-12)

@@ -1,0 +1,76 @@
+"""The page of the house: its drawing is of the imports of now, and its walk leads from function to function."""
+
+from __future__ import annotations
+
+import ast
+import re
+from itertools import pairwise
+from xml.etree import ElementTree
+
+import pytest
+
+from docs.house import DRAWING, ROOT, below, edges, levels, reduced, rooms
+
+PAGE = (ROOT / "docs/house.md").read_text(encoding="utf-8")
+WALK = PAGE.partition("## A walk")[2].partition("## The rooms")[0]
+STEP = r"`([\w.]+)` in\s`((?:atomistic|continuum)/[\w/]+\.py)`"
+
+
+def test_the_drawing_is_of_the_imports_of_now() -> None:
+    graph = rooms()
+    root = ElementTree.parse(DRAWING).getroot()
+    (stored,) = (each.text for each in root.iter("{http://purl.org/dc/elements/1.1/}description"))
+    assert stored == edges(graph), "python -m docs.house draws it anew"
+    shown = {text for each in root.iter("{http://www.w3.org/2000/svg}text") if (text := each.text)}
+    assert {room.partition(".")[2] for room in graph} <= shown
+
+
+def test_an_arrow_that_is_left_out_follows_from_those_that_are_drawn() -> None:
+    graph = rooms()
+    drawn, height = reduced(graph), levels(graph)
+    for room, asked in graph.items():
+        assert drawn[room] <= asked
+        assert below(drawn, room) == below(graph, room)
+        assert all(height[one] < height[room] for one in asked)
+
+
+@pytest.mark.parametrize("package", ["atomistic", "continuum"])
+def test_every_room_is_in_the_tables(package: str) -> None:
+    table = PAGE.partition(f"| `{package}/` | |\n")[2].partition("\n\n")[0]
+    assert set(re.findall(r"`(\w+)`(?=[^|\n]*\|[^|\n]*\|$)", table, re.MULTILINE)) >= {
+        room.partition(".")[2] for room in rooms() if room.startswith(f"{package}.")
+    }
+
+
+def text_of(name: str, path: str) -> str:
+    """The text of a function, a class or a member of it, which a page names after its module or class."""
+    text = (ROOT / path).read_text(encoding="utf-8")
+    within, _, last = name.rpartition(".")
+    body: list[ast.stmt] = ast.parse(text).body
+    if within and within != path.rpartition("/")[2].removesuffix(".py"):
+        (body,) = (each.body for each in body if isinstance(each, ast.ClassDef) and each.name == within)
+    kinds = (ast.FunctionDef, ast.ClassDef)
+    (found,) = (ast.get_source_segment(text, each) for each in body if isinstance(each, kinds) and each.name == last)
+    assert found
+    return found
+
+
+def test_what_the_walk_names_is_there_and_each_function_of_a_list_calls_the_next() -> None:
+    places = re.findall(STEP, WALK)
+    assert len(places) > 25
+    texts = {place: text_of(*place) for place in places}
+    for path in re.findall(r"`((?:atomistic|continuum)/[\w/]+\.\w+)`", WALK):
+        assert (ROOT / path).is_file(), path
+    lists = re.findall(r"(?:^\d+\. .*\n(?:   .*\n)*)+", WALK, re.MULTILINE)
+    assert len(lists) == WALK.count("\n### ") == 4
+    for each in lists:
+        steps = re.findall(rf"^\d+\. {STEP}", each, re.MULTILINE)
+        assert len(steps) == len(re.findall(r"^\d+\. ", each, re.MULTILINE)) > 3
+        for before, (after, _) in pairwise(steps):
+            assert re.search(rf"\b{after.rpartition('.')[2]}\b", texts[before].partition("\n")[2]), (before, after)
+
+
+def test_each_name_in_the_walk_that_has_a_module_says_where_it_is() -> None:
+    """So that every step can be jumped to: a dotted name stands with its file."""
+    named = set(re.findall(r"`(\w+\.\w+)`", WALK))
+    assert named - {name for name, _ in re.findall(STEP, WALK)} == {"Contact.press"}
