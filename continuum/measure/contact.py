@@ -1,7 +1,7 @@
 """Areas, loads and contact map of a state, and the numbers by which the paper compares contacts."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -16,9 +16,9 @@ OUT_OF_RANGE, ATTRACTED, REPULSIVE = np.uint8(0), np.uint8(1), np.uint8(2)
 _ROWS = 256
 
 
-def quantity(units: str, long_name: str) -> Any:
+def quantity(units: str, long_name: str, default: Any = MISSING) -> Any:
     """A stored field of a record, with its unit and its description."""
-    return field(metadata={"units": units, "long_name": long_name})
+    return field(default=default, metadata={"units": units, "long_name": long_name})
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,33 @@ class Totals:
     """N = N_rep - N_att."""
     wall_energy: float = quantity("E* a0", "interaction energy per area")
     smallest_gap: float = quantity("a0", "smallest gap")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Equilibrium(Totals):
+    """One point of a path: how it was reached, and its numbers.
+
+    Fields with a unit and a description are the columns of a point wherever one is stored or shown; records of more,
+    as of a state with its gap, or of a point as it is stored, add theirs.
+    """
+
+    control: str = quantity("", "what is given")
+    """Quantity that is given."""
+    target: float = quantity("", "its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)")
+    """Its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)."""
+    branch: str = quantity("", "direction from which the point was reached")
+    """Direction from which it was reached: start, approach or retract."""
+    work_of_adhesion: float = quantity("E* a0", "work of adhesion w of the wall; in reduced units l_a", np.nan)
+    """Work of adhesion of the wall, in E* a0; NaN where it is not known."""
+    separation: float = quantity("a0", "height of the wall's zero above the undeformed surface")
+    """Separation, in a0; NaN where the mean displacement of the substrate is free."""
+    mean_gap: float = quantity("a0", "mean gap")
+    """Mean gap, in a0."""
+
+
+def shared(kind: type[Totals], record: Any) -> dict[str, Any]:
+    """The fields of a class of records, from a record of a class that has them too."""
+    return {one.name: getattr(record, one.name) for one in fields(kind)}
 
 
 def contact_map(wall: Wall, gap: Real) -> NDArray[np.uint8]:
@@ -166,7 +193,7 @@ def measure(grid: Grid, totals: Totals, repulsive: Mask, rms_slope: float) -> Me
         raise ValueError(msg)
     hold = rms_slope * totals.area_rep
     return Measurement(
-        **{one.name: getattr(totals, one.name) for one in fields(Totals)},
+        **shared(Totals, totals),
         outline=rim,
         rms_slope=rms_slope,
         pressure_rep=ratio(totals.load_rep, totals.area_rep),
