@@ -26,7 +26,7 @@ from continuum.arguments import ArgumentError, choice, count, file_name, flag, f
 from continuum.files.inputs import load
 from continuum.files.toml import Source, find
 from continuum.front.contact import Contact
-from continuum.sheet import Sheet, pairs
+from continuum.sheet import Sheet, Shown, pairs
 
 LATTICES = 48, 256
 """Fewest and most surface atoms a side of a lattice Green's function: fewer have too few long waves to compare with
@@ -34,7 +34,7 @@ the continuum, more take too much memory."""
 
 
 @dataclass(frozen=True, eq=False)
-class Elastic:
+class Elastic(Shown):
     """The crystal of an interatomic model, measured."""
 
     model: Model
@@ -63,9 +63,6 @@ class Elastic:
         if self.discreteness is not None:
             drawn.append(draw_discreteness(self.discreteness, folder / f"{name}-discreteness", name))
         return drawn
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
 
 def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elastic:
@@ -243,7 +240,7 @@ def _steps(**given: Any) -> Steps:
     return Steps("mean-pressure", values)
 
 
-class DeckRun(DeckSteps):
+class DeckRun(DeckSteps, Shown):
     """Results of a deck run: every finished step, and the last state of the atoms."""
 
     def _beside(self, compare: bool) -> tuple[ContinuumStep, ...]:
@@ -282,9 +279,6 @@ class DeckRun(DeckSteps):
         from atomistic.show.decks import write_run
 
         return write_run(self, file_name("folder", folder), self._beside(compare))
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
 
 def read(directory: str | Path) -> DeckRun:

@@ -20,7 +20,6 @@ from continuum.front.study import study as study
 from continuum.front.sweeps import sweep as sweep
 from continuum.front.sweeps import sweep_collect as sweep_collect
 from continuum.front.sweeps import sweep_slurm as sweep_slurm
-from continuum.measure.noise import noise_error as noise_error
 from continuum.model.grid import Grid as Grid
 from continuum.model.substrates import CubicLayer as CubicLayer
 from continuum.model.substrates import HalfSpace as HalfSpace
@@ -40,6 +39,7 @@ from continuum.model.walls import TabulatedWall as TabulatedWall
 from continuum.model.walls import attraction_on_core as attraction_on_core
 from continuum.paper.examples import examples as examples
 from continuum.paper.page import figure as figure
+from continuum.path.gradient import noise_error as noise_error
 from continuum.runs.result import Analysis as Analysis
 from continuum.runs.result import Result as Result
 from continuum.solve.solution import NotConvergedError as NotConvergedError

@@ -1,5 +1,7 @@
 """A sheet: a table with units, as text, Markdown, HTML or CSV."""
 
+from __future__ import annotations
+
 import csv
 import html
 import io
@@ -43,6 +45,17 @@ class Column:
         if self.unit == "%":
             return f"{100 * cell:{self.form}} %"
         return str(cell) if isinstance(cell, int) else f"{cell:{self.form}}"
+
+
+class Shown:
+    """What notebooks show as its sheets, one below the other."""
+
+    def sheets(self) -> list[Sheet]:
+        """The sheets, in their order."""
+        raise NotImplementedError
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
 
 @dataclass(frozen=True)

@@ -412,7 +412,7 @@ def _allowed(fault: ErrorDetails, field: FieldInfo | None) -> str:
         words = " and ".join(f"{_LIMITS[name]} {bound:g}" for name, bound in limits.items())
         return f"a finite number {words}".rstrip()
     if kind in (*_OF_NUMBERS, "int_type"):
-        return f"a whole number from {limits.get('ge', 0):g} on"
+        return f"a whole number from {limits.get('ge', 0):g} " + (f"to {limits['le']:.15g}" if "le" in limits else "on")
     return _PLAINLY[kind].format(**fault.get("ctx", {})) if kind in _PLAINLY else fault["msg"]
 
 

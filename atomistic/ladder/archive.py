@@ -19,7 +19,6 @@ from continuum.files.hdf5 import StoreError
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Dataset, columns
 from continuum.files.tables import identity, resolved
-from continuum.measure.contact import Totals
 from continuum.model.walls import LennardJonesSpline
 
 UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0"}
@@ -88,12 +87,9 @@ def _about_rungs(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset
             np.array([[number(s.rungs[rung]) for _, s in states] for rung in rungs]), ("rung", "state"), **about
         )
 
-    above = "height of the wall's zero above the undeformed surface"
-    found = {
-        "separation": dataset(attrgetter("separation"), units="a0", long_name=above),
-        "mean_gap": dataset(attrgetter("mean_gap"), units="a0", long_name="mean gap"),
-        **{column.name: dataset(attrgetter(f"totals.{column.name}"), **column.metadata) for column in fields(Totals)},
-    }
+    measured = [column for column in fields(Rung) if column.metadata]
+    found = {column.name: dataset(attrgetter(column.name), **column.metadata) for column in measured}
+    found["mean_gap"] = dataset(attrgetter("mean_gap"), units="a0", long_name="mean gap")
     values = np.array([[s.loads_at_area.get(rung, np.nan) for _, s in states] for rung in rungs])
     what = "N/A0 where the repulsive area is that of the lattice; NaN where a rung jumps over it"
     found["load_at_area"] = Dataset(values, ("rung", "state"), "E*", what)

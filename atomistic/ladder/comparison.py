@@ -207,7 +207,7 @@ class _Comparison:
         lattice = self.problems["lattice"]
         states = list(approach_and_retract(lattice, max(self.path.areas), self.settings))
         beside = beside_jump(lattice, states) if self.path.jump else {}
-        taken = [(place, state.totals.area_rep, state.branch, state) for place, state in beside.items()] + [
+        taken = [(place, state.area_rep, state.branch, state) for place, state in beside.items()] + [
             ("area", area, branch, state)
             for branch in self.path.branches
             for area in self.path.areas
@@ -239,8 +239,8 @@ class _Comparison:
         with tempfile.TemporaryDirectory() as scratch:
             directory = Path(scratch) / "deck" if self.decks is None else self.decks / label
             found = relax(deck, directory, response, runner(self.lmp_command)).require()
-        totals = totals_of(self.grid, self.wall, found.gap)
-        return Rung(name, linear.separation, found.gap, found.traction, totals), found
+        totals = vars(totals_of(self.grid, self.wall, found.gap))
+        return Rung(**totals, name=name, separation=linear.separation, gap=found.gap, traction=found.traction), found
 
     def compared(self, place: str, area: float, branch: Branch, chosen: PathState) -> ValidatedState:
         """A state of the lattice on all rungs."""
@@ -271,8 +271,8 @@ class _Comparison:
         )
         half_space = self.problems["half-space"]
         rigid = solve(half_space, "separation", chosen.separation, self.settings)
-        load = rung_of(half_space, "half-space", rigid).totals.load
-        ratio = load / reference.totals.load
+        load = rung_of(half_space, "half-space", rigid).load
+        ratio = load / reference.load
         return ValidatedState(
             rungs, differences, loads, seconds, place, area, branch, ratio, found.largest_force, found.evaluations
         )
@@ -284,6 +284,6 @@ class _Comparison:
         found: Curves = {}
         for name in CONTINUUM_RUNGS:
             rungs = [r if name == "lattice" else self.on(name, r.mean_gap, r.gap) for r in lattice]
-            columns = [(r.mean_gap, r.totals.area_rep, r.totals.area_att, r.totals.load) for r in rungs]
+            columns = [(r.mean_gap, r.area_rep, r.area_att, r.load) for r in rungs]
             found[name] = dict(zip(("mean_gap", "area_rep", "area_att", "load"), np.array(columns).T, strict=True))
         return found

@@ -34,7 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.response.lattice import LatticeResponse
-from continuum.measure.contact import Totals, contact_map
+from continuum.measure.contact import Totals, contact_map, quantity, shared
 from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
@@ -79,18 +79,16 @@ def response_of(name: RungName, lattice: LatticeResponse, constants: CubicConsta
     return lattice
 
 
-@dataclass(frozen=True, eq=False)
-class Rung:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Rung(Totals):
     """State of one model under the wall."""
 
     name: RungName
-    separation: float
-    """Separation, in a0."""
+    separation: float = quantity("a0", "height of the wall's zero above the undeformed surface")
     gap: Real
     """Shape (nx, ny), in a0."""
     traction: Real
     """Shape (nx, ny), in E*; for atoms, the force of the wall on each as LAMMPS computes it, over a0²."""
-    totals: Totals
 
     @property
     def mean_gap(self) -> float:
@@ -104,7 +102,8 @@ Solve = Callable[[float], Rung]
 def rung_of(problem: ContactProblem, name: RungName, state: PathState) -> Rung:
     """A continuum state as a rung; raises NotConvergedError if it is not an equilibrium."""
     gap = state.solution.require().gap
-    return Rung(name, state.separation, gap, problem.wall.evaluate(gap).traction, state.totals)
+    traction = problem.wall.evaluate(gap).traction
+    return Rung(**shared(Totals, state), name=name, separation=state.separation, gap=gap, traction=traction)
 
 
 def approach_and_retract(problem: ContactProblem, largest_area: float, settings: Settings) -> Iterator[PathState]:
@@ -126,10 +125,10 @@ def approach_and_retract(problem: ContactProblem, largest_area: float, settings:
     while True:
         state = extend(touching - count * step)
         yield state
-        if state.totals.area_rep >= largest_area:
+        if state.area_rep >= largest_area:
             break
         count += 1
-    while state.totals.smallest_gap < problem.wall.zero_gap + problem.wall.range:
+    while state.smallest_gap < problem.wall.zero_gap + problem.wall.range:
         count -= 1
         state = extend(touching - count * step)
         yield state
@@ -148,7 +147,7 @@ def state_at_area(
     reversal = min(range(len(path)), key=lambda i: path[i].separation)
     # Both branches in the order of growing contact; the point of reversal belongs to both.
     states = path[: reversal + 1] if branch == "approach" else path[reversal:][::-1]
-    beyond = [state.totals.area_rep >= area for state in states]
+    beyond = [state.area_rep >= area for state in states]
     if True not in beyond:
         raise ValueError(f"the {branch} branch does not reach a repulsive area of {area}")
     index = beyond.index(True)
@@ -159,7 +158,7 @@ def state_at_area(
         middle = 0.5 * (outer.separation + inner.separation)
         state = solve(problem, "separation", middle, settings, outer.gap + middle - outer.separation, branch)
         state.solution.require()
-        outer, inner = (outer, state) if state.totals.area_rep >= area else (state, inner)
+        outer, inner = (outer, state) if state.area_rep >= area else (state, inner)
     return inner
 
 
@@ -175,7 +174,7 @@ def beside_jump(problem: ContactProblem, path: list[PathState]) -> dict[str, Pat
 
     Raises NoJumpError if both branches have the same contact there.
     """
-    area = [state.totals.area_rep for state in path]
+    area = [state.area_rep for state in path]
     reversal = min(range(len(path)), key=lambda i: path[i].separation)
     after = max(range(1, reversal + 1), key=lambda i: area[i] - area[i - 1])
     before, past = after - 1, 2 * reversal - after + 1  # the way back takes the same steps
@@ -207,7 +206,7 @@ class Difference(NamedTuple):
 
 def compare(rung: Rung, reference: Rung, wall: Wall) -> Difference:
     """Difference of two states under the same wall, at equal separation or equal mean gap."""
-    a, b = rung.totals, reference.totals
+    a, b = rung, reference
     acts = b.load_rep + b.load_att > 0
     out_of_contact = np.inf if a.load_rep > 0 or not acts else np.nan
     pressure = np.mean((rung.traction - reference.traction) ** 2)
@@ -246,10 +245,10 @@ def loads_at_area(
 
     def load(name: RungName, moved: Real | float) -> float:
         found = _touching(states[name], rungs[name], count, wall, CLOSE * rms_slope, REACH * rms_height, moved)
-        return np.nan if found is None else found.totals.load
+        return np.nan if found is None else found.load
 
     loads = {name: load(name, 0.0) for name in states}
-    loads["atoms"] = load("lattice", atoms.gap - lattice.gap) + atoms.totals.load - lattice.totals.load
+    loads["atoms"] = load("lattice", atoms.gap - lattice.gap) + atoms.load - lattice.load
     return loads
 
 

@@ -23,7 +23,7 @@ from continuum.measure.contact import ATTRACTED, REPULSIVE, contact_map
 from continuum.model.eigenvalue import Lowest, lowest_eigenvalue
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
-from continuum.sheet import Column, Sheet
+from continuum.sheet import Column, Sheet, Shown
 from continuum.show.checks import quantities
 
 ENOUGH = 1.5
@@ -49,7 +49,7 @@ class StepCertificate(Examination):
 
 
 @dataclass(frozen=True)
-class DeckCertificate:
+class DeckCertificate(Shown):
     """Result of checking a deck run."""
 
     directory: Path
@@ -69,9 +69,6 @@ class DeckCertificate:
     def ok(self) -> bool:
         """Whether something was looked at, and all of it is sound."""
         return not self.faults
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
     def sheets(self) -> list[Sheet]:
         """One row for each equilibrium, and one for each quantity."""
@@ -141,7 +138,9 @@ def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float
 
     largest = float(np.sqrt((forces(at) ** 2).sum(axis=-1)).max())
     lowest = _lowest(found, np.maximum(-wall.evaluate(_gap(found, at)).stiffness, 0.0), hessian)
-    checks = [*_of_the_wall(wall, found, law_error), _of_the_force(found, largest, law_error)]
+    allowed = ENOUGH * (found.tolerance + law_error + _STIFFEST * _rounding(found))
+    force = Check("largest force", found.largest_force, largest, largest, allowed)
+    checks = [*_of_the_wall(wall, found, law_error), force]
     if not abs(lowest.eigenvalue) <= lowest.error:
         checks.append(minimum(lowest.eigenvalue))
     names = {one.name for one in fields(DeckResult) if one.metadata} | {"curvature"}
@@ -152,12 +151,6 @@ def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float
 def _rounding(found: DeckResult) -> float:
     """Rounding of positions, in a0."""
     return float(np.finfo(float).eps) * max(found.slab.grid.lengths)
-
-
-def _of_the_force(found: DeckResult, largest: float, law_error: float) -> Check:
-    """The largest force on a mobile atom, in E* a0²."""
-    allowed = ENOUGH * (found.tolerance + law_error + _STIFFEST * _rounding(found))
-    return Check("largest force", found.largest_force, largest, largest, allowed)
 
 
 def _of_the_wall(wall: Wall, found: DeckResult, law_error: float) -> Iterator[Check]:

@@ -29,7 +29,7 @@ from continuum.files import store
 from continuum.files.output import folder
 from continuum.files.provenance import provenance
 from continuum.files.store import Dataset, columns
-from continuum.measure.contact import Totals, contact_map, quantity, totals_of
+from continuum.measure.contact import Totals, contact_map, quantity, shared
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Substrate, TabulatedSubstrate
@@ -293,9 +293,8 @@ class DeckSteps:
         states = loading.follow(problem, "mean-gap", [step.mean_gap for step in self.steps], settings)
         found = []
         for state, gap in zip(states, self.gaps, strict=True):
-            totals = totals_of(slab.grid, self.wall, state.gap)
             same = float(np.mean(contact_map(self.wall, state.gap) == contact_map(self.wall, gap)))
-            found.append(ContinuumStep(**vars(totals), same=same, converged=state.status.ok))
+            found.append(ContinuumStep(**shared(Totals, state), same=same, converged=state.converged))
         return tuple(found)
 
     def store(self, path: Path, beside: tuple[ContinuumStep, ...] = ()) -> Path:

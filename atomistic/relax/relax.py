@@ -128,7 +128,9 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
         largest.append(float(np.sqrt(np.max(np.sum(total**2, axis=-1)))))
         if largest[-1] == min(largest):
             best = u
-        if largest[-1] <= deck.tolerance / 2 or not _falling(largest) or len(largest) >= limit:
+        recent, earlier = largest[-_PATIENCE:], largest[:-_PATIENCE]
+        falls = bool(np.isfinite(largest[-1])) and (not earlier or min(recent) < 0.5 * min(earlier))
+        if largest[-1] <= deck.tolerance / 2 or not falls or len(largest) >= limit:
             break
         w = mixed.next(w, response.displacements(total)[:mobile], total)
         problem = ContactProblem(deck.slab.grid, wall, deck.heights - w[0, ..., 2], response)
@@ -139,14 +141,6 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
         u = lattice_start(response, wall, gap)
         u[:mobile] += w
     return RelaxationResult(best, tuple(largest), min(largest) <= deck.tolerance / 2)
-
-
-def _falling(largest: list[float]) -> bool:
-    """Whether the largest force is still decreasing."""
-    recent = largest[-_PATIENCE:]
-    return bool(np.isfinite(largest[-1])) and (
-        len(largest) <= _PATIENCE or min(recent) < 0.5 * min(largest[:-_PATIENCE])
-    )
 
 
 class _Mixed:

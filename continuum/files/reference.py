@@ -126,13 +126,6 @@ def _commented(text: str) -> list[str]:
     return textwrap.wrap(text, _WIDTH, initial_indent="# ", subsequent_indent="# ")
 
 
-def _key(name: str, value: Any, field: FieldInfo) -> list[str]:
-    """A key with its meaning; commented out where it has its default."""
-    kept = not field.is_required() and value == field.get_default(call_default_factory=True)
-    meaning = _commented(" ".join((field.description or "").split()))
-    return [*meaning, f"# {name} = {_toml(value)}" if kept else f"{name} = {_toml(value)}"]
-
-
 def _described(place: str, value: Any, field: FieldInfo) -> list[str]:
     """A table as text, with those inside it; only name and meaning if it is not given."""
     if isinstance(value, tuple) and value and isinstance(value[0], Table):
@@ -156,11 +149,14 @@ def _not_given(place: str, table: type[Table]) -> Iterator[str]:
 
 
 def _of_table(head: str, place: str, table: Table) -> list[str]:
+    """A table, each key with its meaning, commented out where it has its default; then those inside it."""
     lines, inner = [head], list[str]()
     for name, field in explained(type(table)).items():
         value = table.value(name)
         if tables_in(field.annotation):
             inner += _described(f"{place}.{name}" if place else name, value, field)
             continue
-        lines += _key(name, value, field)
+        kept = not field.is_required() and value == field.get_default(call_default_factory=True)
+        lines += _commented(" ".join((field.description or "").split()))
+        lines.append(f"# {name} = {_toml(value)}" if kept else f"{name} = {_toml(value)}")
     return [*lines, "", *inner]

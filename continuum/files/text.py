@@ -104,14 +104,17 @@ def _table(text: str, steps: tuple[str, ...]) -> Text:
         if any(line.strip() for line in lines):
             raise NoTableError("it holds words only")
         return Text(np.empty((0, 0)), header, steps)
-    for line in lines[:first]:
-        _whole_row(line)
+    for line in lines[:first]:  # a row of numbers with a word in it is no header
+        numbers = [_NUMBER.fullmatch(word) is not None for word in _words(line)]
+        if numbers and numbers[0] and 2 * sum(numbers) > len(numbers):
+            raise ValueError(f"something in {line.strip()[:60]!r} is no number, and no word for a missing one")
     inner = [i for i, line in enumerate(original[first:], first) if line.startswith("#") and re.search("[:=]", line)]
     if inner and any(map(_is_row, lines[inner[0] :])):
         raise NoTableError(f"several maps in one file: {original[inner[0]].strip()!r} stands among the numbers")
     dialect = _dialect([line for line in lines[first:] if line.strip(" ")], header)
     # Lines without any value may stand before the first number.
-    start = next(i for i in range(first, -1, -1) if not i or not _is_empty(lines[i - 1]))
+    empty = [bool(line.strip(" ")) and all(map(_VOID.fullmatch, _words(line))) for line in lines[:first]]
+    start = first - next((i for i, void in enumerate(reversed(empty)) if not void), first)
     rows = _rows([(i + 1, line) for i, line in enumerate(lines) if i >= start and line.strip(" ")], dialect)
     return _labelled(rows if rows.shape[1] >= _FEW else rows[first - start :], header, steps, dialect)
 
@@ -124,18 +127,6 @@ def _is_row(line: str) -> bool:
     """Whether a line has numbers, and words for missing values, only."""
     words = _words(line)
     return any(map(_NUMBER.fullmatch, words)) and all(_NUMBER.fullmatch(one) or _VOID.fullmatch(one) for one in words)
-
-
-def _is_empty(line: str) -> bool:
-    """Whether a line has words for missing values only."""
-    return bool(line.strip(" ")) and all(map(_VOID.fullmatch, _words(line)))
-
-
-def _whole_row(line: str) -> None:
-    """Refuse a row of numbers with a word in it."""
-    numbers = [_NUMBER.fullmatch(word) is not None for word in _words(line)]
-    if numbers and numbers[0] and 2 * sum(numbers) > len(numbers):
-        raise ValueError(f"something in {line.strip()[:60]!r} is no number, and no word for a missing one")
 
 
 class _Dialect(NamedTuple):
@@ -169,7 +160,9 @@ def _dialect(rows: Sequence[str], header: Sequence[str]) -> _Dialect:
     seen = [re.sub(r'"[^"]*"', "0", line) for line in rows] if quoted else rows
     between = next((mark for mark in ";\t" if any(mark in line for line in seen)), "")
     with_comma = "" if between else next((line for line in seen if "," in line), "")
-    if with_comma and not _commas_within(with_comma):
+    # Commas are within numbers where blanks stand between these.
+    words = re.split(" +", with_comma.strip())
+    if with_comma and (len(words) == 1 or any(word[0] == "," or word[-1] == "," for word in words)):
         between = ","
     thin = "".join(mark for mark in _THIN + " " * bool(between or quoted) if mark in text)
     plain = _Dialect(between, thin=thin, quoted=quoted)
@@ -185,12 +178,6 @@ def _dialect(rows: Sequence[str], header: Sequence[str]) -> _Dialect:
         text = text.replace(",", "\n")
     decimal, thousands = _marks(text)
     return plain._replace(decimal=decimal, thousands=thousands)
-
-
-def _commas_within(line: str) -> bool:
-    """Whether the commas of a row are within its numbers, as blanks stand between these."""
-    words = re.split(" +", line.strip())
-    return len(words) > 1 and not any(word[0] == "," or word[-1] == "," for word in words)
 
 
 def _marks(text: str) -> tuple[str, str]:

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from continuum.runs.build import RunSetup, build
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.runs.run import states_of
-from continuum.sheet import Column, Sheet
+from continuum.sheet import Column, Sheet, Shown
 from continuum.show.checks import quantities
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import systems_of
@@ -49,7 +48,7 @@ class PointCertificate(Examination):
 
 
 @dataclass(frozen=True)
-class Certificate:
+class Certificate(Shown):
     """Result of checking a run, or a sample of a sweep."""
 
     points: tuple[PointCertificate, ...]
@@ -73,9 +72,6 @@ class Certificate:
     def ok(self) -> bool:
         """Whether something was looked at, and all of it is sound."""
         return not self.faults
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
     def sheets(self) -> list[Sheet]:
         """One row for each point, and one for each quantity."""
@@ -184,14 +180,13 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
     names = {name.partition("/")[0] for name in store.dataset_names(path)}
     if system.problem.wall.law is not None:  # else the energy is convex
         names.add("curvature")
-    wanted = [_Aim(control, target, search) for control, given, search in loading.stretches for target in given]
     states = _stored(result, system) if stored else _again(system)
-    for step, (point, aim, (problem, gap)) in enumerate(zip(result.points, wanted, states, strict=True)):
+    for step, (point, aim, (problem, gap)) in enumerate(zip(result.points, loading.aims, states, strict=True)):
         if not point.converged:
             yield PointCertificate(path, step, point)
             continue
         held = {"mean-gap": np.inf, "mean-pressure": 0.0}
-        mean = held.get(nearness(problem) if aim.control == "repulsive-area" else aim.control)
+        mean = held.get(nearness(problem) if aim[0] == "repulsive-area" else aim[0])
         found = check_state(problem, gap, rounded=stored, mean_stiffness=mean)
         if not stored or loading.threshold is None:  # else the law is made of it, and a wrong one leaves a residual
             found.numbers["work_of_adhesion"] = Found(problem.wall.work_of_adhesion, EXACT)
@@ -203,12 +198,8 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
         yield PointCertificate(path, step, point, not stored, checks=checks, left_out=left_out)
 
 
-class _Aim(NamedTuple):
-    """What the input asks of a point."""
-
-    control: Control
-    target: float
-    search: Search
+_Aim = tuple[Control, float, Search]
+"""What the input asks of a point."""
 
 
 def _checks(
@@ -232,7 +223,8 @@ def _checks(
     yield Check("residual of the gap", 0.0, found.residual, found.residual, allowed)
     if found.lowest is not None and not abs(found.lowest.value) <= found.lowest.error:
         yield minimum(found.lowest.value)
-    yield Check("target", point.target, aim.target, abs(point.target - aim.target), EXACT * abs(aim.target))
+    target = aim[1]
+    yield Check("target", point.target, target, abs(point.target - target), EXACT * abs(target))
     yield from _at_its_target(aim, numbers, problem.grid.size, allowed)
 
 

@@ -57,7 +57,7 @@ def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced
         return CheckReport(check_sweep(file, given, reduced=reduced))
     config = load(file, RunConfig, given)
     system, cost = build(config), cost_of(config)
-    grid, wall, real, expected = system.grid, system.problem.wall, system.realised, system.expected
+    grid, wall, real, expected = system.problem.grid, system.problem.wall, system.problem.moments, system.expected
     rows: list[tuple[str, str, str]] = [
         ("points", f"{grid.shape[0]} x {grid.shape[1]}", ""),
         ("period", f"{grid.lengths[0]:g} x {grid.lengths[1]:g}", "a0"),

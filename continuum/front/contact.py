@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
+from continuum.arguments import ArgumentError, function, instance, number, pair, several
 from continuum.arguments import field as map_of
 from continuum.measure import contact as contacts
 from continuum.measure.contact import Measurement
@@ -27,12 +27,12 @@ from continuum.model.walls import Wall
 from continuum.path import loading, state
 from continuum.path.equilibrium import solver_of
 from continuum.path.gradient import Given, Number, gradient
-from continuum.path.state import Event, Search, settled
+from continuum.path.state import Event, PathState, Search, settled
 from continuum.path.threshold import Threshold, core_stiffness, press_without_adhesion
 from continuum.path.threshold_search import WallOfWork, bracket_threshold, first_work, laws_of
+from continuum.runs.config import SolverTable
 from continuum.sheet import Column, Sheet, pairs
-from continuum.solve.backend import BACK_ENDS
-from continuum.solve.solution import LOOSEST, MOST_THREADS, NotConvergedError, Settings
+from continuum.solve.solution import NotConvergedError, Settings
 from continuum.solve.stability import Stability
 
 if TYPE_CHECKING:
@@ -85,11 +85,7 @@ class Contact:
     device: str = "cpu"
 
     def __post_init__(self) -> None:
-        number("tolerance", self.tolerance, above=0, most=LOOSEST)
-        count("max_iterations", self.max_iterations)
-        number("area_tolerance", self.area_tolerance, above=0, below=1)
-        count("threads", self.threads, most=MOST_THREADS)
-        choice("device", self.device, BACK_ENDS)
+        _ = self._solver, Search(self.area_tolerance)  # which check their values
         allowed = "the law of a wall, as LennardJonesSpline(adhesion_length=0.005) or HardWall()"
         object.__setattr__(self, "wall", instance("wall", self.wall, Wall, allowed).build())
         if not callable(getattr(self.substrate, "stiffness", None)) or isinstance(self.substrate, type):
@@ -126,8 +122,12 @@ class Contact:
     @property
     def settings(self) -> Settings:
         """Settings of the solver, its tolerance in E*."""
-        scale = self.problem.traction_scale
-        return Settings(self.tolerance * scale, self.max_iterations, threads=self.threads, device=self.device)
+        return self._solver.build(self.problem.traction_scale)
+
+    @property
+    def _solver(self) -> SolverTable:
+        named = ("tolerance", "max_iterations", "threads", "device")
+        return SolverTable(**{name: getattr(self, name) for name in named})
 
     def press(
         self,
@@ -150,16 +150,17 @@ class Contact:
         start : state to start from (its imprint is kept if the wall yields), or its gap, shape (nx, ny), in a0; the
             undeformed surface if None.
         """
-        held = {"area": area, "mean_gap": mean_gap, "separation": separation, "pressure": pressure}
-        control, name, given = loading.controlled(**held)
+        control, name, goal = loading.controlled(area=area, mean_gap=mean_gap, separation=separation, pressure=pressure)
         problem, imprint, gap = self.problem, None, None
         if isinstance(start, State):
-            problem, imprint, start = settled(problem, [start.found]), start.found.imprint, start.gap
+            known: list[PathState] = [start]
+            problem = settled(problem, known)
+            imprint, start = known[0].imprint_before, known[0].gap
         if start is not None:
             gap = map_of("start", start, self.grid.shape)
-        goal, search = loading.target(name, given), Search(self.area_tolerance)
+        goal, search = loading.target(name, goal), Search(self.area_tolerance)
         found = loading.solve(problem, control, goal, self.settings, gap, search=search)
-        return State(self, replace(found, imprint=imprint))
+        return State(**vars(replace(found, imprint_before=imprint)), contact=self)
 
     def path(
         self,
@@ -182,14 +183,13 @@ class Contact:
             Without it, retraction in steps longer than a tenth of the range may lose contacts early.
         progress : called with each state as it is found.
         """
-        held = {"area": area, "mean_gap": mean_gap, "separation": separation, "pressure": pressure}
-        control, name, given = loading.controlled(**held)
-        targets = [loading.target(name, value) for value in several(name, given)]
+        control, name, goal = loading.controlled(area=area, mean_gap=mean_gap, separation=separation, pressure=pressure)
+        targets = [loading.target(name, value) for value in several(name, goal)]
         search = Search(self.area_tolerance, event_resolution=event_resolution)
         function("progress", progress)
         states = []
         for found in loading.follow(self.problem, control, targets, self.settings, search=search):
-            states.append(State(self, found))
+            states.append(State(**vars(found), contact=self))
             if progress is not None:
                 progress(states[-1])
         return LoadingPath(self, tuple(states))
@@ -246,7 +246,7 @@ class Contact:
         number("area", area, above=0, below=1)
         number("width", width, above=0, below=1)
         problem, found = bracket_threshold(self.problem, law_of, area, self.settings, search, width)
-        return FoundThreshold(State(replace(self, wall=problem.wall), found), wall)
+        return FoundThreshold(State(**vars(found), contact=replace(self, wall=problem.wall)), wall)
 
     turn = _turn
 
@@ -285,94 +285,43 @@ def _with_picture(shown: State | LoadingPath) -> str:
     return shown.sheet()._repr_html_() + picture(image_bytes(shown.plot()), repr(shown))
 
 
-@dataclass(frozen=True, eq=False)
-class State:
-    """One equilibrium of a contact, converged or not."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class State(PathState):
+    """One equilibrium of a contact, converged or not: its numbers, maps and figures."""
 
     contact: Contact = field(repr=False)
-    found: state.PathState = field(repr=False)
 
     def __repr__(self) -> str:
         return (
-            f"State({self.found.branch}, mean gap {self.mean_gap:.4g} a0, A_rep/A0 {self.area_rep:.4g}, "
+            f"State({self.branch}, mean gap {self.mean_gap:.4g} a0, A_rep/A0 {self.area_rep:.4g}, "
             f"N/A0 {self.load:.4g} E*, {self.status})"
         )
 
     _repr_html_ = _with_picture
 
     @property
-    def gap(self) -> Real:
-        """Height of the wall above the deformed surface, shape (nx, ny), in a0."""
-        return self.found.gap
-
-    @property
-    def traction(self) -> Real:
-        """Traction of the wall on the surface, compression positive, shape (nx, ny), in E*."""
-        return self.found.traction
+    def found(self) -> State:
+        """The state itself, whose numbers were once found there."""
+        return self
 
     @property
     def imprint(self) -> Real:
         """Depth of the imprint that this state and those before it leave, shape (nx, ny), in a0."""
-        left = self.found.imprint_left
+        left = super().imprint
         return np.zeros(self.gap.shape) if left is None else left
-
-    @property
-    def area_rep(self) -> float:
-        """Repulsive area, as a fraction of A0."""
-        return self.found.totals.area_rep
-
-    @property
-    def area_att(self) -> float:
-        """Attracted area, as a fraction of A0."""
-        return self.found.totals.area_att
-
-    @property
-    def load(self) -> float:
-        """Load per A0, in E*, compression positive."""
-        return self.found.load
-
-    @property
-    def mean_gap(self) -> float:
-        """Mean gap, in a0."""
-        return self.found.mean_gap
-
-    @property
-    def separation(self) -> float:
-        """Separation, in a0; NaN where the mean displacement of the substrate is free."""
-        return self.found.separation
-
-    @property
-    def branch(self) -> str:
-        """Direction from which it was reached: start, approach or retract."""
-        return self.found.branch
-
-    @property
-    def converged(self) -> bool:
-        """Whether it is an equilibrium at its target."""
-        return self.found.status.ok
-
-    @property
-    def status(self) -> str:
-        """How the solve or the search ended, in words."""
-        return str(self.found.status.value)
 
     @property
     def residual(self) -> float:
         """Root-mean-square residual traction, over that which flattens the surface (h'rms E* on a half-space)."""
-        return self.found.solution.residual / self.contact.problem.traction_scale
+        return self.solution.residual / self.contact.problem.traction_scale
 
     @cached_property
     def duality_gap(self) -> float:
         """Bound on the error of the energy under a hard wall, relative to the elastic energy; NaN for other walls."""
-        problem = self.contact.problem.dented(self.found.imprint)
+        problem = self.contact.problem.dented(self.imprint_before)
         boundary = problem.open_boundary
         energy = problem.elastic_energy(self.gap) if boundary is None else boundary.elastic_energy(self.traction)
-        return self.found.solution.duality_gap / energy if energy > 0 else float("nan")
-
-    def require(self) -> State:
-        """Return the state if it is an equilibrium at its target; else raise NotConvergedError with the reason."""
-        self.found.require()
-        return self
+        return self.solution.duality_gap / energy if energy > 0 else float("nan")
 
     def stability(self) -> Stability:
         """Lowest eigenvalue of the Hessian, which is positive at a minimum; costs one or two hundred transforms.
@@ -427,7 +376,7 @@ class State:
         >>> print(f"{(other.load - state.load) / change:.2f}")
         1.00
         """
-        return gradient(self.contact.problem, self.found, self.contact.settings, number, at=at, wall_of=wall)
+        return gradient(self.contact.problem, self, self.contact.settings, number, at=at, wall_of=wall)
 
     @cached_property
     def contact_map(self) -> NDArray[np.uint8]:
@@ -437,17 +386,17 @@ class State:
     def measure(self) -> Measurement:
         """Measure κ, perimeter, mean diameter and the other numbers of the paper."""
         repulsive = self.contact_map == contacts.REPULSIVE
-        return contacts.measure(self.contact.grid, self.found.totals, repulsive, self.contact.moments.rms_slope)
+        return contacts.measure(self.contact.grid, self, repulsive, self.contact.moments.rms_slope)
 
     def sheet(self) -> Sheet:
         """Table of its numbers."""
-        m, t = self.measure(), self.found.totals
+        m = self.measure()
         rows: list[tuple[str, str]] = [
             ("mean gap", f"{self.mean_gap:.5g} a0"),
             ("separation", f"{self.separation:.5g} a0"),
-            ("load N/A0", f"{t.load:.4g} E*"),
-            ("repulsive area A_rep/A0", f"{t.area_rep:.4g}"),
-            ("attracted area A_att/A0", f"{t.area_att:.4g}"),
+            ("load N/A0", f"{self.load:.4g} E*"),
+            ("repulsive area A_rep/A0", f"{self.area_rep:.4g}"),
+            ("attracted area A_att/A0", f"{self.area_att:.4g}"),
             ("κ = h'rms E* A_rep/N", f"{m.kappa:.4g}"),
             ("mean diameter d_rep", f"{m.diameter:.4g} a0"),
             ("residual, of the traction that flattens the heights", f"{self.residual:.1e}"),
@@ -507,11 +456,11 @@ class LoadingPath(Sequence[State]):
             Column("N/A0", "E*", ".4e"), Column("status"),
         )  # fmt: skip
         one_branch = not self.contact.problem.wall.work_of_adhesion > 0
-        points = [(s.branch, s.found.totals, one_branch or s.found.lowest is not None) for s in self]
-        passed = state.not_looked_at(points, state.Search.event_threshold)
+        points = [(s, one_branch or s.lowest is not None) for s in self]
+        passed = state.not_looked_at(points, Search().event_threshold)
         rows = [
             (s.branch, s.mean_gap, s.area_rep, s.area_att, s.load,
-             s.found.status.name.lower() + (f", {state.NOT_LOOKED}" if over else ""))
+             s.status.name.lower() + (f", {state.NOT_LOOKED}" if over else ""))
             for s, over in zip(self, passed, strict=True)
         ]  # fmt: skip
         return Sheet.of("Path", columns, rows, state.HYSTERESIS if any(passed) else "")
@@ -535,7 +484,7 @@ class FoundThreshold:
     @property
     def bracket(self) -> Event | None:
         """States below and above the threshold, with their works as values; None if it was not found."""
-        return self.state.found.threshold
+        return self.state.threshold
 
     @property
     def work(self) -> float:
@@ -592,7 +541,7 @@ class FoundThreshold:
             for name, side in (("below", self.bracket.before), ("above", self.bracket.after)):
                 rows.append((f"{name}: work", f"{side.value:.5g} E* a0"))
                 rows.append((f"{name}: load N/A0 at A_rep/A0 {side.area_rep:.4g}", f"{side.load:.3e} E*"))
-        found = self.state.found
+        found = self.state
         rows.append(("FFT pairs", f"{found.search_pairs + found.solution.fft_pairs:.0f}"))
         return pairs(
             "Threshold", [*rows, ("status", self.status + (", the load jumps over zero" if self.jumps else ""))]

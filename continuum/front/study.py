@@ -7,7 +7,7 @@ from typing import Any
 from continuum.arguments import ArgumentError, file_name
 from continuum.errors import InputError
 from continuum.front.predict import predict
-from continuum.sheet import Sheet
+from continuum.sheet import Sheet, Shown
 from continuum.show.study import study_sheets, write_study
 from continuum.sticky.materials import InterfaceError, read_interface
 from continuum.sticky.study import Scan, Spot, StudyNumbers, ranked, scans
@@ -17,7 +17,7 @@ from continuum.topography.quantities import PER_MAP
 _KNOWN = (frozenset(OPTIONS) - {"join"}) | {"solve", "threads"}
 
 
-class Study(StudyNumbers):
+class Study(StudyNumbers, Shown):
     """A study that shows itself."""
 
     def sheets(self) -> list[Sheet]:
@@ -33,9 +33,6 @@ class Study(StudyNumbers):
             If they cannot be written there.
         """
         return write_study(self, Path(folder), name)
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
 
 def study(

@@ -39,6 +39,33 @@ class Totals:
     smallest_gap: float = quantity("a0", "smallest gap")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Equilibrium(Totals):
+    """One point of a path: how it was reached, and its numbers.
+
+    Fields with a unit and a description are the columns of a point wherever one is stored or shown; records of more,
+    as of a state with its gap, or of a point as it is stored, add theirs.
+    """
+
+    control: str = quantity("", "what is given")
+    """Quantity that is given."""
+    target: float = quantity("", "its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)")
+    """Its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)."""
+    branch: str = quantity("", "direction from which the point was reached")
+    """Direction from which it was reached: start, approach or retract."""
+    work_of_adhesion: float = quantity("E* a0", "work of adhesion w of the wall; in reduced units l_a", np.nan)
+    """Work of adhesion of the wall, in E* a0; NaN where it is not known."""
+    separation: float = quantity("a0", "height of the wall's zero above the undeformed surface")
+    """Separation, in a0; NaN where the mean displacement of the substrate is free."""
+    mean_gap: float = quantity("a0", "mean gap")
+    """Mean gap, in a0."""
+
+
+def shared(kind: type[Totals], record: Any) -> dict[str, Any]:
+    """The fields of a class of records, from a record of a class that has them too."""
+    return {one.name: getattr(record, one.name) for one in fields(kind)}
+
+
 def contact_map(wall: Wall, gap: Real) -> NDArray[np.uint8]:
     """REPULSIVE, ATTRACTED or OUT_OF_RANGE at each point."""
     repulsive = wall.touches(gap)
@@ -166,7 +193,7 @@ def measure(grid: Grid, totals: Totals, repulsive: Mask, rms_slope: float) -> Me
         raise ValueError(msg)
     hold = rms_slope * totals.area_rep
     return Measurement(
-        **{one.name: getattr(totals, one.name) for one in fields(Totals)},
+        **shared(Totals, totals),
         outline=rim,
         rms_slope=rms_slope,
         pressure_rep=ratio(totals.load_rep, totals.area_rep),

@@ -6,32 +6,13 @@ appears as a steep piece, and an extreme is that of the points, so that its erro
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from continuum.measure.contact import Equilibrium
 from continuum.model.fourier import Real
-
-
-class CurvePoint(Protocol):
-    """A point of a path, as far as a curve needs it."""
-
-    @property
-    def mean_gap(self) -> float:
-        """Mean gap, in a0."""
-
-    @property
-    def separation(self) -> float:
-        """Separation, in a0; NaN where the mean displacement is free."""
-
-    @property
-    def load(self) -> float:
-        """Load per A0, in E*."""
-
-    @property
-    def branch(self) -> str:
-        """Direction from which it was reached: "retract" on the way back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +27,7 @@ class Curve:
     """False on approach."""
 
     @classmethod
-    def of(cls, points: Sequence[CurvePoint]) -> Self:
+    def of(cls, points: Sequence[Equilibrium]) -> Self:
         """Build the curve of the equilibria among some points, in their order."""
         columns = [(point.mean_gap, point.separation, point.load) for point in points]
         mean_gap, separation, load = np.array(columns, dtype=np.float64).reshape(-1, 3).T

@@ -20,7 +20,7 @@ from continuum.measure.outline import Mask, perimeter_map
 from continuum.measure.profile import GapProfile
 from continuum.model.fourier import Real
 from continuum.paper.points import LENGTH, SweepData, adhesion_colour, adhesion_key
-from continuum.runs.result import MeasuredPoint, Result, analyse_run, gap_ratio
+from continuum.runs.result import MeasuredPoint, Result, gap_ratio
 from continuum.show import plot
 from continuum.sweeps.folder import Folder
 from continuum.theory import paper
@@ -211,7 +211,7 @@ def stored_profiles(data: SweepData) -> list[_Found]:
     found = []
     for key in data.table.keys:
         result = Result.read(Folder(data.root).point(key))
-        measured = [point for point in analyse_run(result).points if point.fields and point.numbers.perimeter > 0]
+        measured = [point for point in result.analyse().points if point.fields and point.numbers.perimeter > 0]
         if measured:
             nearest = min(measured, key=lambda point: abs(point.numbers.area_rep - _PROFILE_AREA))
             assert nearest.fields is not None

@@ -1,4 +1,4 @@
-"""What a search for an area looks for, how closely, and what it has cost."""
+"""What a search for an area looks for, its steps, the coarser grids where it begins, and what it has cost."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from continuum.model.fourier import Real
+from continuum.model.fourier import Real, cut, padded, prolong, restrict
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import equilibrium
-from continuum.path.secant import area_logarithm, area_slope, asperity_slope, sample
-from continuum.path.state import Branch, Control, Outcome, PathState, Search, event, nearness
+from continuum.path.state import Branch, Control, Outcome, PathState, Search, event, height, nearness
 from continuum.solve.solution import Closer, Settings
 from continuum.solve.solver import Solver
 
@@ -27,6 +27,147 @@ LOOSE, LOOSEST = 100.0, 1e-5
 
 RESOLUTION = 1e-3
 """Width in mean gap down to which jumps are bracketed, in rms heights, where none is given."""
+RIGID = (0.2, 100.0)
+"""Step of a search at least and at most, in units of the one that would do if the surface moved rigidly: it gives way,
+the less there is left to go the more."""
+DECAY, FIRST = 2.2, 4.0
+"""The area of rough surfaces decays with the mean gap as exp(-2.2 u/h_rms) (Persson, Phys. Rev. Lett. 99, 125502
+(2007), has 2 - 2.5); a first step by that, to e times the area, is at most so many times the rigid one.  Beside a
+contact the gap rises as the 3/2 power of the distance, so that shorter steps give way the more, as 1/sqrt(ln A)."""
+WEAK = 0.3
+"""Range, in h_rms, up to which the attraction adds little to the area where a search begins."""
+LOST_SLOPE = 0.01
+"""A grid carries a surface if the waves that it cannot resolve hold at most this part of the mean square slope."""
+
+
+# --- how the area changes with the mean gap
+
+
+def searched_range(problem: ContactProblem) -> float:
+    """Range of the attraction as a search takes it into account, in a0: a cut-off may lie beyond all that is felt."""
+    return min(problem.wall.range, problem.wall.effective_range)
+
+
+def excess_range(problem: ContactProblem) -> float:
+    """Range of the attraction beyond that which adds little to the area, in a0."""
+    return max(searched_range(problem) - WEAK * float(sample(problem.heights).std()), 0.0)
+
+
+def attracts_little(problem: ContactProblem) -> bool:
+    """Whether a search may count on the area of rough surfaces without adhesion, or nearly so."""
+    return problem.wall.range < WEAK * float(sample(problem.heights).std())
+
+
+def rough_slope(problem: ContactProblem) -> float:
+    """Slope d ln(area)/d(mean gap) of a rough surface without adhesion, roughly, in 1/a0; none of a flat one: -inf."""
+    rms = float(sample(problem.heights).std())
+    return -DECAY / rms if rms > 0 else -np.inf
+
+
+def asperity_slope(problem: ContactProblem, area: float) -> float:
+    """As :func:`rough_slope`, at a small area: by the summits of the surface at hand, of which there may be few.
+
+    That of the area that would overlap, undeformed, about a contact of 1.5 times the area.
+    """
+    rough, part = rough_slope(problem), np.clip(1.5 * area, 0.0, 1 / 1.3) * np.array([1 / 1.3, 1.3])
+    low, high = np.quantile(sample(problem.heights), part)
+    return min(0.8 * rough, -2 * np.log(1.3) / float(high - low)) if high > low else rough
+
+
+def lowest_height(problem: ContactProblem) -> float:
+    """Mean gap down to which there are states: in full contact a soft wall gives way below zero_gap, up to its core.
+
+    No separation is too low: a half-space gives way.
+    """
+    return -np.inf if problem.open_boundary is not None else max(problem.wall.core, problem.wall.bound)
+
+
+def area_logarithm(area: float, size: int) -> float:
+    """The area on a scale on which it is nearly linear in the mean gap: ln A, but -ln(1 - A) beyond half contact.
+
+    Both are joined with one value and slope.  No area, and full contact, count as half a point less.
+    """
+    half = 0.5 / size
+    area = min(max(area, half), 1 - half)
+    return float(np.log(area) if area <= 0.5 else 2 * np.log(0.5) - np.log(1 - area))
+
+
+def secant_fraction(before: PathState, after: PathState, target: float, size: int) -> float:
+    """Part of the way from ``before`` to ``after`` at which the secant meets the target."""
+    low, high = (area_logarithm(state.area_rep, size) for state in (before, after))
+    return float(np.clip((area_logarithm(target, size) - low) / (high - low), 0.02, 0.98))
+
+
+def step_to(problem: ContactProblem, before: PathState, target: float, slope: float) -> float:
+    """Step of the mean gap towards the target, its length.
+
+    The area changes less than if the surface were moved rigidly, which gives the scale.
+    """
+    wall, gap = problem.wall, sample(before.gap)
+    rigid = abs(float(np.quantile(gap, target)) - wall.zero_gap)
+    if before.area_rep == 0:
+        return rigid
+    size = problem.grid.size
+    left = abs(area_logarithm(target, size) - area_logarithm(before.area_rep, size))
+    (fewest, most), rough = RIGID, left / -asperity_slope(problem, target)
+    if slope < 0:
+        # Under strong attraction the rigid step ends at the rim of the contact and tells nothing.
+        return float(np.clip(left / -slope, fewest * rigid, max(most * rigid, FIRST * rough)))
+    if not attracts_little(problem):
+        return max(rigid, rough)
+    return float(np.clip(rough, rigid, FIRST * rigid / min(left, 1.0) ** 0.5)) if left else rigid
+
+
+def sample(field: Real) -> Real:
+    """Every k-th row and column, about a million points."""
+    k = max(1, round((field.size / 1e6) ** 0.5))
+    return field[::k, ::k]
+
+
+# --- the contact on every second point of its grid, and the way back from there
+
+
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """The response of a finer grid on the waves of a coarser one."""
+
+    stiffness_q: Real
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum."""
+        assert grid.shape_q == self.stiffness_q.shape
+        return self.stiffness_q
+
+
+def coarser_problem(problem: ContactProblem, smallest: int, *, roughly: bool = False) -> ContactProblem | None:
+    """The same contact on every second point, if that still shows four points for each wave, or two: roughly."""
+    grid, coarse = problem.grid, problem.grid.coarser
+    if problem.open_boundary is not None or coarse is None or coarse.coarser is None or coarse.narrowest < smallest:
+        return None
+    heights_q = grid.forward(problem.heights)
+    power = (heights_q.real**2 + heights_q.imag**2) * grid.mode_weights * grid.wavenumber**2
+    rows, columns = (coarse if roughly else coarse.coarser).shape_q
+    carried = cut(power, (rows, columns - 1)).sum()
+    if carried < (1 - LOST_SLOPE) * power.sum():
+        return None
+    coarse_q = padded(coarse.shape_q, np.complex128)
+    restrict(heights_q, coarse_q)
+    response = _Cut(cut(problem.stiffness_q, coarse.shape_q))
+    return ContactProblem(coarse, problem.wall, coarse.inverse(coarse_q), response)
+
+
+def carried_gap(coarse: ContactProblem, fine: ContactProblem, state: PathState) -> Real:
+    """The gap of a coarse state on the finer grid."""
+    displacement_q = padded(fine.grid.shape_q, np.complex128)
+    level = state.mean_gap - coarse.mean_height
+    prolong(coarse.grid.forward(coarse.heights + level - state.gap), displacement_q)
+    gap = fine.grid.inverse(displacement_q, overwrite=True)
+    np.subtract(fine.heights, gap, out=gap)
+    gap += state.mean_gap - fine.mean_height
+    return gap
+
+
+# --- the search
 
 
 def loosened(settings: Settings, factor: float = LOOSE, most: float = LOOSEST) -> Settings:
@@ -83,37 +224,25 @@ class Aim:
         return RESOLUTION * self.height if given is None else given
 
     def met(self, state: PathState) -> bool:
-        return abs(state.totals.area_rep - self.target) <= self.allowed
+        return abs(state.area_rep - self.target) <= self.allowed
 
     def serves(self, state: PathState) -> bool:
         """Whether a search may go on from a state: on a branch, from none beyond the target."""
-        return state.status.ok and (not self.adhesive or state.totals.area_rep <= self.target + self.allowed)
+        return state.status.ok and (not self.adhesive or state.area_rep <= self.target + self.allowed)
 
     def left(self, state: PathState, part: float = 1.0) -> float:
         """What is left from a state to a part of the target, in the logarithm of the area."""
         size = self.problem.grid.size
-        return area_logarithm(part * self.target, size) - area_logarithm(state.totals.area_rep, size)
+        return area_logarithm(part * self.target, size) - area_logarithm(state.area_rep, size)
 
     def saw(self, one: PathState, other: PathState) -> None:
         """Keep the slope between two states for the steps to come, unless a few points say nothing of it."""
-        if abs(other.totals.area_rep - one.totals.area_rep) * self.problem.grid.size > FEWEST:
-            slope = area_slope(self.problem, one, other)
-            if STEEPEST * asperity_slope(self.problem, self.target) < slope < 0:
+        problem, size = self.problem, self.problem.grid.size
+        change = height(problem, other) - height(problem, one)
+        if change and abs(other.area_rep - one.area_rep) * size > FEWEST:
+            slope = (area_logarithm(other.area_rep, size) - area_logarithm(one.area_rep, size)) / change
+            if STEEPEST * asperity_slope(problem, self.target) < slope < 0:
                 self.work.slope = slope
-
-    def saw_on_path(self, one: PathState, other: PathState) -> None:
-        """Keep the slope between two states of a path, halfway to that of the summits at the target."""
-        self.saw(one, other)
-        self.work.slope = -float(np.sqrt(self.work.slope * asperity_slope(self.problem, self.target)))
-
-    def jumped_over(self, last: PathState, older: PathState) -> bool:
-        """Whether a path has jumped over the target, from its last state to the older one."""
-        same = (older.branch == "retract") == (self.branch == "retract")
-        return same and (older.totals.area_rep - self.target) * (last.totals.area_rep - self.target) < 0
-
-    def jumped_towards(self, last: PathState, older: PathState) -> bool:
-        """Whether it has jumped from its last state to the older one, and the target lies farther on."""
-        return (older.totals.area_rep - last.totals.area_rep) * (self.target - older.totals.area_rep) > 0
 
     @property
     def slope(self) -> float:
@@ -122,8 +251,8 @@ class Aim:
 
     def short(self, state: PathState, before: PathState) -> bool:
         """Whether a state is on that side of the target on which the one before it is."""
-        sign = 1.0 if before.totals.area_rep < self.target else -1.0
-        return (self.target - state.totals.area_rep) * sign > 0
+        sign = 1.0 if before.area_rep < self.target else -1.0
+        return (self.target - state.area_rep) * sign > 0
 
     @property
     def guesses(self) -> bool:
@@ -159,8 +288,8 @@ class Aim:
         """
         if near:
             settings = replace(settings, warm_grids=0)
-        worth = partial(self._worth, None if before is None else before.totals.area_rep, jump)
-        passed = partial(self._passed, before.totals.area_rep) if before is not None and stop else None
+        worth = partial(self._worth, None if before is None else before.area_rep, jump)
+        passed = partial(self._passed, before.area_rep) if before is not None and stop else None
         closes = passed is not None or self.rough_at(settings.tolerance)
         closer = Closer(self.settings.tolerance, worth, passed) if closes else None
         state = equilibrium(

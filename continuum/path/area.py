@@ -25,14 +25,18 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.path.aim import LITTLE, NEAR, Aim, SearchWork, loosened
-from continuum.path.coarser import carried_gap, coarser_problem
-from continuum.path.equilibrium import solver_of
-from continuum.path.full_contact import LARGE, LAST_POINTS, find_nearly_full, press_towards
-from continuum.path.secant import (
+from continuum.path.aim import (
+    LITTLE,
+    NEAR,
+    Aim,
+    SearchWork,
     area_logarithm,
+    asperity_slope,
     attracts_little,
+    carried_gap,
+    coarser_problem,
     excess_range,
+    loosened,
     lowest_height,
     rough_slope,
     sample,
@@ -40,6 +44,8 @@ from continuum.path.secant import (
     secant_fraction,
     step_to,
 )
+from continuum.path.equilibrium import solver_of
+from continuum.path.full_contact import LARGE, LAST_POINTS, find_nearly_full, press_towards
 from continuum.path.state import Branch, Outcome, PathState, Search, height, nearness, numbers
 from continuum.solve.solution import Settings, Status
 from continuum.solve.solver import Solver
@@ -96,7 +102,7 @@ def find_area(
     solver, work = solver or solver_of(problem, settings), work or SearchWork(problem.grid.size)
     known = previous if isinstance(previous, list) else list(previous)
     loose = loose or loosened(settings)
-    side = float(np.sign(target - known[-1].totals.area_rep)) if known and problem.wall.work_of_adhesion > 0 else 0.0
+    side = float(np.sign(target - known[-1].area_rep)) if known and problem.wall.work_of_adhesion > 0 else 0.0
     aim = Aim(problem, target, settings, loose, search, branch, solver, work, side)
     if known and aim.met(known[-1]):
         return _again(aim, known[-1])
@@ -105,11 +111,14 @@ def find_area(
         older = known[0] if len(known) == 2 else None
         del known[:-1]
         if older is not None:
-            after = older if aim.jumped_over(known[0], older) else None
+            # Whether the path has jumped from its last state to the older one: over the target, or towards it.
+            same, over = (older.branch == "retract") == (branch == "retract"), older.area_rep - target
+            after = older if same and over * (known[0].area_rep - target) < 0 else None
             if branch == "approach":
-                # On the way back contacts are held that long steps lose.
-                aim.saw_on_path(older, known[0])
-                ahead = older if aim.jumped_towards(known[0], older) else None
+                # On the way back contacts are held that long steps lose.  The slope is halfway to that of the summits.
+                aim.saw(older, known[0])
+                aim.work.slope = -float(np.sqrt(aim.work.slope * asperity_slope(problem, target)))
+                ahead = older if (older.area_rep - known[0].area_rep) * over < 0 else None
     hard = problem.wall.bound == 0
     if target > LARGE and problem.open_boundary is None and (hard or after is ahead is None):
         if not (hard and target > LAST_POINTS):
@@ -173,7 +182,8 @@ def _close_in(aim: Aim, known: list[PathState], bracket: _Bracket) -> PathState:
                 bracket.after, bracket.jumps = numbers(state), True
                 continue
             over = state.status.ok and not (aim.met(state) or aim.short(state, before))
-            if over and (closed or bracket.is_jump(before, state, jump)):
+            far = abs(state.area_rep - before.area_rep) > jump and not aim.rough_at(state.solution.residual)
+            if over and (closed or far):
                 return aim.done(before, Outcome.JUMPED_OVER, state)
             if closed:
                 # The end beyond was found by a looser trial, or one over coarser grids, or from another start.
@@ -226,11 +236,6 @@ class _Bracket:
             return np.inf
         return max(0.75 * self.span, FEW_POINTS / self.aim.problem.grid.size)
 
-    def is_jump(self, before: PathState, state: PathState, jump: float) -> bool:
-        """Whether a trial is that far end, to the full tolerance."""
-        far = abs(state.totals.area_rep - before.totals.area_rep) > jump
-        return far and not self.aim.rough_at(state.solution.residual)
-
     def _resolution(self, before: PathState) -> float:
         """Close to the bound of a hard wall all that is left of the mean gap may be less than what is asked for."""
         return self.aim.resolution * min(1.0, (before.mean_gap - self.aim.problem.wall.bound) / self.aim.height)
@@ -250,7 +255,7 @@ class _Bracket:
             # A trial short of the jump is cheap, one beyond is not.
             guess, self.aim.work.jump, self.jumps = self.aim.work.jump, 0.0, True
         self.step = max(guess, 2 * self.step if self.stalled else resolution)
-        at, step = height(problem, before), self.step if before.totals.area_rep < target else -self.step
+        at, step = height(problem, before), self.step if before.area_rep < target else -self.step
         return max(at - step, (at + lowest_height(problem)) / 2)
 
     def _between(self, before: PathState, after: PathState) -> tuple[float, bool]:
@@ -258,7 +263,7 @@ class _Bracket:
         self.trials += 1
         near, far = height(self.aim.problem, after), height(self.aim.problem, before)
         old, self.width = self.width, abs(far - near)
-        wider, self.span = self.span, abs(before.totals.area_rep - after.totals.area_rep)
+        wider, self.span = self.span, abs(before.area_rep - after.area_rep)
         # As for all jumps: the change of the area no longer shrinks with the bracket.  That of a few points shrinks by
         # steps only.
         shrinks = self.span <= 0.75 * wider or self.span * self.aim.problem.grid.size < FEW_POINTS
@@ -376,13 +381,13 @@ def _from_coarser(aim: Aim, target: float) -> _Guess | None:
     tolerance = min(max(tolerance, FEW_POINTS / (target * coarse.grid.size)), max(search.area_tolerance, 0.3))
     # Attraction holds what has snapped in: from there only steps onward lead to states of the approach.
     short = 1.0 - tolerance if aim.adhesive and aim.guesses else 1.0
-    roughly = replace(search, area_tolerance=tolerance, area_resolution=COARSER * aim.resolution)
+    roughly = search.model_copy(update={"area_tolerance": tolerance, "area_resolution": COARSER * aim.resolution})
     found = find_area(coarse, short * target, close, roughly, (), aim.branch, loose=rough, work=aim.work)
     if not found.solution.status.ok:
         return None
     # What is left to the target, by the slope that the search saw last.
     size = coarse.grid.size
-    left = area_logarithm(target, size) - area_logarithm(found.totals.area_rep, size)
+    left = area_logarithm(target, size) - area_logarithm(found.area_rep, size)
     # The finest grid is to meet the area at once, however few points a coarser one has in contact.
     few = tolerance if aim.guesses else min(tolerance, search.area_tolerance)
     few = few if left > 0 or not aim.adhesive else NEAR * tolerance

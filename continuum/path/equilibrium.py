@@ -87,8 +87,11 @@ def equilibrium(
         solution = _solution(problem, solver, lift, mean, pressure, closer, start, settings)
     if solution.status.ok and solution.gap.min() < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
-    if solution.status.ok and settings.stability and problem.wall.law is not None:
-        solution = _examined(problem, solver, solution, mean, settings)
+    law = problem.wall.law
+    if solution.status.ok and settings.stability and law is not None:  # a bound makes the energy convex
+        found = solver.stability(law, solution.gap, mean, settings.shift)
+        status = Status.SADDLE if found.is_saddle else solution.status
+        solution = replace(solution, lowest_eigenvalue=found.eigenvalue, status=status)
     return state_of(problem, control, target, branch, solution)
 
 
@@ -116,14 +119,6 @@ def _solution(
         return solver.constrain(heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean, most=most)
     posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean}
     return solver.minimise(law, heights, start, settings, closer=closer, **posed)
-
-
-def _examined(problem: ContactProblem, solver: Solver, solution: Solution, mean: float, settings: Settings) -> Solution:
-    """The solution with the lowest eigenvalue of its Hessian; a bound makes the energy convex, and needs no look."""
-    assert problem.wall.law is not None
-    found = solver.stability(problem.wall.law, solution.gap, mean, settings.shift)
-    status = Status.SADDLE if found.is_saddle else solution.status
-    return replace(solution, lowest_eigenvalue=found.eigenvalue, status=status)
 
 
 def _in_stretches(

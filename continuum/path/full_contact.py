@@ -19,8 +19,7 @@ import scipy
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.path.aim import Aim
-from continuum.path.secant import lowest_height
+from continuum.path.aim import Aim, lowest_height
 from continuum.path.state import Control, Outcome, PathState, nearness, numbers
 
 FIRST = 0.5
@@ -75,7 +74,8 @@ def press_towards(aim: Aim, known: list[PathState]) -> PathState | None:
             break
         if last is not None and abs(wanted - now.argument) < abs(now.argument - last.argument):
             # Close to both the mean gap does as well, whose solves are cheaper; a hard wall may leave none.
-            gap = now.gap_at(wanted, last)
+            secant = (now.mean_gap - last.mean_gap) / (now.argument - last.argument)
+            gap = now.mean_gap + secant * (wanted - now.argument)
             at, control = (gap, nearness(problem)) if gap > lowest_height(problem) else (at, control)
         near, start = aim.adhesive and attempt > 2, known[0].gap if known else None
         state = aim.trial(at, aim.loose, start, near=near, control=control)
@@ -106,12 +106,7 @@ class _Seen(NamedTuple):
 
     @classmethod
     def of(cls, state: PathState, size: int) -> _Seen:
-        return cls(_argument(state.totals.area_rep, size), state.load, state.mean_gap)
-
-    def gap_at(self, argument: float, other: _Seen) -> float:
-        """Mean gap by the secant with another one."""
-        slope = (self.mean_gap - other.mean_gap) / (self.argument - other.argument)
-        return self.mean_gap + slope * (argument - self.argument)
+        return cls(_argument(state.area_rep, size), state.load, state.mean_gap)
 
 
 def _argument(area: float, size: int) -> float:
@@ -133,9 +128,9 @@ def find_nearly_full(aim: Aim) -> PathState:
         state = _pressed(aim, full * -np.expm1(left), None if low is None else low.gap)
         if not state.status.ok or aim.met(state):
             return aim.done(state)
-        short = state.totals.area_rep < aim.target
+        short = state.area_rep < aim.target
         low, high = (state, high) if short else (low, numbers(state))
-        sides[short] = left, np.log(1 - state.totals.area_rep + half)
+        sides[short] = left, np.log(1 - state.area_rep + half)
         left = _next(sides, wanted)
     assert low is not None
     return aim.done(low, Outcome.JUMPED_OVER, high)
@@ -150,7 +145,7 @@ def _full(aim: Aim, full: float) -> PathState:
     excess = aim.settings.tolerance
     while True:
         state = _pressed(aim, full + excess, None)
-        if not state.status.ok or state.totals.area_rep >= aim.target - aim.allowed or excess > full:
+        if not state.status.ok or state.area_rep >= aim.target - aim.allowed or excess > full:
             return state
         excess *= 4
 

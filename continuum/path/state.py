@@ -5,15 +5,16 @@ from __future__ import annotations
 import enum
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple, get_args
+from typing import Annotated, Literal, NamedTuple, Self, get_args
 
 import numpy as np
 
 from continuum.arguments import choice, number
-from continuum.measure.contact import Totals, totals_of
+from continuum.measure.contact import Equilibrium, totals_of
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.solve.solution import NotConvergedError, Solution, Status
+from continuum.tables import Description, Fraction, InInputs, Positive
 
 Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
 CONTROLS: tuple[Control, ...] = get_args(Control)
@@ -25,7 +26,7 @@ YIELDS = "an imprint changes the mean gap, and with it what a mean gap means"
 """Why a path under a wall that yields has no given mean gap."""
 
 
-class Outcome(enum.Enum):
+class Outcome(enum.StrEnum):
     """Why there is no state at a target, although the solver did what it could."""
 
     PULLED_OFF = "the contact does not hold this tension: the surface has left the wall"
@@ -39,34 +40,21 @@ class Outcome(enum.Enum):
         return False
 
 
-@dataclass(frozen=True)
-class Search:
-    """How closely a given area is met, and how closely jumps are looked for.
+class Search(Description):
+    """How closely a given area is met, and how closely jumps are looked for: keys of [loading], and of Python."""
 
-    Parameters
-    ----------
-    area_tolerance : largest difference of the repulsive area from a given one, relative to it or, beyond half
-        contact, to what is left of A0; half a point of the grid always counts as met.
-    area_resolution : width in mean gap, in a0, down to which a jump of the area over its target is bracketed; None for
-        a thousandth of the rms height.
-    event_resolution : width in the controlled quantity down to which jumps between the points of a path are
-        bracketed; None not to look for them.
-    event_threshold : smallest jump that counts, as a fraction of A0: a change of repulsive area, of
-        repulsive and attracted area together, or of attractive load in units of the wall's largest tension.
-    """
-
-    area_tolerance: float = 0.01
-    area_resolution: float | None = None
-    event_resolution: float | None = None
-    event_threshold: float = 0.01
-
-    def __post_init__(self) -> None:
-        number("area_tolerance", self.area_tolerance, above=0, below=1)
-        if self.area_resolution is not None:
-            number("area_resolution", self.area_resolution, above=0)
-        if self.event_resolution is not None:
-            number("event_resolution", self.event_resolution, above=0)
-        number("event_threshold", self.event_threshold, above=0, below=1)
+    area_tolerance: Fraction = 0.01
+    """largest difference from a given repulsive area, relative to it or, beyond half contact, to what is left of A0;
+    half a grid point is always accepted"""
+    area_resolution: Annotated[Positive, InInputs(ge=1e-9)] | None = None
+    """width in mean gap to which a jump of the area over its target is bracketed, in a0; a thousandth of the rms height
+    if not given"""
+    event_resolution: Annotated[Positive, InInputs(ge=1e-9)] | None = None
+    """width to which jumps between points are bracketed, in units of the control; jumps are not bracketed if not
+    given"""
+    event_threshold: Fraction = 0.01
+    """smallest jump to report, as a fraction of A0: in repulsive area, in contact area, or in attractive load over the
+    largest tension of the wall"""
 
 
 def check_target(control: Control, target: float) -> None:
@@ -114,22 +102,12 @@ class Event(NamedTuple):
         return float(low.value * (high.value / low.value) ** np.clip(share, 0.0, 1.0))
 
 
-@dataclass(frozen=True, eq=False)
-class PathState:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PathState(Equilibrium):
     """One state of a path: its numbers, and the solution that it was found by."""
 
     control: Control
-    """Quantity that is given."""
-    target: float
-    """Its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)."""
     branch: Branch
-    """Direction from which it was reached."""
-    separation: float
-    """Height of the wall's zero above the undeformed surface, in a0; NaN where the mean is free."""
-    mean_gap: float
-    """Mean gap, in a0."""
-    totals: Totals
-    """Areas and loads of the state."""
     solution: Solution = field(repr=False)
     outcome: Outcome | None = None
     """Why the target has no state; None if it has one."""
@@ -139,7 +117,7 @@ class PathState:
     """Jumps on the way from the state before."""
     lowest: tuple[float, float] | None = None
     """Smallest load per A0, in E*, and its mean gap, among the equilibria on the way from the state before and it."""
-    imprint: Real | None = field(default=None, repr=False)
+    imprint_before: Real | None = field(default=None, repr=False)
     """Depth of the imprint that the wall had before, shape ``grid.shape``, in a0; None without one."""
     search_pairs: float = 0.0
     """FFT pairs, weighted as those of the solution, of the other equilibria on the way."""
@@ -147,22 +125,17 @@ class PathState:
     """Number of those equilibria."""
 
     @property
-    def load(self) -> float:
-        """Per area: the mean pressure, in E*."""
-        return self.totals.load
-
-    @property
     def gap(self) -> Real:
         """Height of the wall above the deformed surface, shape ``grid.shape``, in a0."""
         return self.solution.gap
 
     @property
-    def imprint_left(self) -> Real | None:
+    def imprint(self) -> Real | None:
         """Depth of the imprint that the state leaves: where the gap is negative the wall has yielded once more."""
         new = np.maximum(-self.gap, 0.0)
         if not new.any():
-            return self.imprint
-        return new if self.imprint is None else self.imprint + new
+            return self.imprint_before
+        return new if self.imprint_before is None else self.imprint_before + new
 
     @property
     def traction(self) -> Real:
@@ -179,14 +152,13 @@ class PathState:
         """How the solve, or the search, ended."""
         return self.outcome or self.solution.status
 
-    def require(self) -> PathState:
-        """The state itself, if it is an equilibrium at its target.
+    @property
+    def converged(self) -> bool:
+        """Whether it is an equilibrium at its target."""
+        return self.status.ok
 
-        Raises
-        ------
-        NotConvergedError
-            Otherwise.
-        """
+    def require(self) -> Self:
+        """The state itself, if it is an equilibrium at its target; else raises NotConvergedError with the reason."""
         if self.outcome is not None:
             raise NotConvergedError(self.outcome.value)
         self.solution.require()
@@ -208,7 +180,10 @@ def state_of(
     separation = target
     if control != "separation":
         separation = problem.separation(mean_gap, totals.load, lambda: solution.traction)
-    return PathState(control, target, branch, separation, mean_gap, totals, solution)
+    return PathState(
+        **vars(totals), control=control, target=target, branch=branch, separation=separation, mean_gap=mean_gap,
+        work_of_adhesion=problem.wall.work_of_adhesion, solution=solution,
+    )  # fmt: skip
 
 
 def nearness(problem: ContactProblem) -> Control:
@@ -235,7 +210,7 @@ def kept(state: PathState) -> PathState:
 def numbers(state: PathState) -> PathState:
     """A state without its fields."""
     nothing = np.broadcast_to(np.nan, state.gap.shape)
-    return replace(kept(state), imprint=None, solution=replace(kept(state).solution, gap=nothing))
+    return replace(kept(state), imprint_before=None, solution=replace(kept(state).solution, gap=nothing))
 
 
 def settled(problem: ContactProblem, good: list[PathState]) -> ContactProblem:
@@ -243,18 +218,21 @@ def settled(problem: ContactProblem, good: list[PathState]) -> ContactProblem:
     if np.isinf(problem.wall.hardness) or not good:
         return problem
     last = good[-1]
-    imprint, gap = last.imprint_left, np.maximum(last.gap, 0.0)
+    imprint, gap = last.imprint, np.maximum(last.gap, 0.0)
     solution = replace(last.solution, gap=gap)
-    good[-1] = replace(last, imprint=imprint, mean_gap=problem.grid.mean(gap), solution=solution)
+    good[-1] = replace(last, imprint_before=imprint, mean_gap=problem.grid.mean(gap), solution=solution)
     return problem.dented(imprint)
 
 
 def gone(problem: ContactProblem, target: float, branch: Branch, solution: Solution | None = None) -> PathState:
     """The state of a surface that has left the wall under tension: no contact, no load, an infinite gap."""
-    nothing = Totals(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.inf)
     solution = solution or Solution(problem.heights, Status.CONVERGED, -target, 0)
     solution = replace(solution, gap=np.broadcast_to(np.inf, problem.grid.shape), residual=-target)
-    return PathState("mean-pressure", target, branch, np.inf, np.inf, nothing, solution, Outcome.PULLED_OFF)
+    return PathState(
+        area_rep=0.0, area_att=0.0, load_rep=0.0, load_att=0.0, load=0.0, wall_energy=0.0, smallest_gap=np.inf,
+        control="mean-pressure", target=target, branch=branch, separation=np.inf, mean_gap=np.inf,
+        work_of_adhesion=problem.wall.work_of_adhesion, solution=solution, outcome=Outcome.PULLED_OFF,
+    )  # fmt: skip
 
 
 def coordinate(control: Control, state: PathState) -> float:
@@ -265,7 +243,7 @@ def coordinate(control: Control, state: PathState) -> float:
         "separation": state.separation,
         "mean-gap": state.mean_gap,
         "mean-pressure": state.load,
-        "repulsive-area": state.totals.area_rep,
+        "repulsive-area": state.area_rep,
     }[control]
 
 
@@ -273,15 +251,14 @@ def event(control: Control, branch: Branch, before: PathState, after: PathState)
     """The jump between two states; its controlled quantity is the mean gap where an area is searched for."""
     kind: EventKind = "jump-in"
     if branch == "retract":
-        kind = "pull-off" if after.totals.area_rep == 0 else "jump-out"
+        kind = "pull-off" if after.area_rep == 0 else "jump-out"
     sides = (side_of(state, coordinate(control, state)) for state in (before, after))
     return Event(kind, control, branch, *sides)
 
 
 def side_of(state: PathState, value: float) -> JumpSide:
     """A state as one side of a jump, at a value of the controlled quantity."""
-    totals = state.totals
-    return JumpSide(value, state.separation, state.mean_gap, totals.area_rep, totals.area_att, totals.load)
+    return JumpSide(value, state.separation, state.mean_gap, state.area_rep, state.area_att, state.load)
 
 
 NOT_LOOKED = "jumps on the way not looked for"
@@ -292,20 +269,20 @@ HYSTERESIS = (
 )
 
 
-def not_looked_at(points: Iterable[tuple[str, Totals, bool]], threshold: float) -> list[bool]:
+def not_looked_at(points: Iterable[tuple[Equilibrium, bool]], threshold: float) -> list[bool]:
     """Whether the way back to each point may have passed over jumps, so that its branch is not certain.
 
     Parameters
     ----------
-    points : branch and totals of each, and whether jumps on the way to it were looked for.
+    points : each, and whether jumps on the way to it were looked for.
     threshold : change of an area, as a fraction of A0, up to which a step is short.
     """
     found, last = list[bool](), None
-    for branch, totals, looked in points:
+    for point, looked in points:
         change = 0.0
-        if last is not None and branch == "retract" and not looked:
-            repulsive = totals.area_rep - last.area_rep
-            change = max(abs(repulsive), abs(repulsive + totals.area_att - last.area_att))
+        if last is not None and point.branch == "retract" and not looked:
+            repulsive = point.area_rep - last.area_rep
+            change = max(abs(repulsive), abs(repulsive + point.area_att - last.area_att))
         found.append(change > threshold)
-        last = totals
+        last = point
     return found

@@ -20,10 +20,9 @@ from continuum.arguments import ArgumentError
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
+from continuum.path.aim import area_logarithm, coarser_problem, rough_slope, sample
 from continuum.path.area import find_area
-from continuum.path.coarser import coarser_problem
 from continuum.path.equilibrium import equilibrium, solver_of
-from continuum.path.secant import area_logarithm, rough_slope, sample
 from continuum.path.state import Event, Outcome, PathState, Search, side_of
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
@@ -64,7 +63,7 @@ class _Trial:
     @property
     def ratio(self) -> float:
         """ln(load_att/load_rep)."""
-        pull, push = self.state.totals.load_att, self.state.totals.load_rep
+        pull, push = self.state.load_att, self.state.load_rep
         if pull <= 0 or push <= 0:
             return FARTHEST if pull > push else -FARTHEST
         return float(np.clip(np.log(pull / push), -FARTHEST, FARTHEST))
@@ -219,7 +218,7 @@ class _Place:
             problem=coarse,
             most=_resolved(self.wall_of(work), coarse, RESOLVED),
             settings=replace(self.settings.coarser(), tolerance=COARSER * self.settings.tolerance),
-            search=replace(self.search, area_tolerance=min(COARSER * self.search.area_tolerance, 0.3)),
+            search=self.search.model_copy(update={"area_tolerance": min(COARSER * self.search.area_tolerance, 0.3)}),
             solver=solver_of(coarse, self.settings),
             bracket=replace(bracket, width=min(COARSER * bracket.width, 0.3), below=None, above=None),
         )
@@ -251,7 +250,7 @@ class _Place:
                 if not bracketed and (apart or abs(trial.ratio) <= self.bracket.width):
                     break
             size = self.problem.grid.size
-            left = area_logarithm(self.area, size) - area_logarithm(state.totals.area_rep, size)
+            left = area_logarithm(self.area, size) - area_logarithm(state.area_rep, size)
             off = np.array([-left, trial.ratio - (self.bracket.aim(trial.ratio) if bracketed else 0.0)])
             if abs(trial.ratio) == FARTHEST:
                 # Nothing touches, or nothing pulls: only the area, or the work, says where to go.
@@ -279,7 +278,7 @@ class _Place:
 
     def _at_area(self, state: PathState) -> bool:
         allowed = max(self.search.area_tolerance * min(self.area, 1 - self.area), 0.5 / self.problem.grid.size)
-        return abs(state.totals.area_rep - self.area) <= allowed
+        return abs(state.area_rep - self.area) <= allowed
 
 
 def _updated(slopes: Real, moved: Real, changed: Real, slope: float) -> Real:

@@ -9,7 +9,6 @@ import numpy as np
 
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
-from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
 from continuum.model.surface import Moments
@@ -28,17 +27,11 @@ class RunSetup:
 
     config: RunConfig
     problem: ContactProblem = field(repr=False)
-    realised: Moments
-    """Moments of the realised heights."""
     expected: Moments | None
     """Moments of the random ensemble; None if the surface is not random."""
     settings: Settings
     warnings: tuple[str, ...] = ()
     """Warnings about resolution."""
-
-    @property
-    def grid(self) -> Grid:
-        return self.problem.grid
 
     def at_work(self, work: float) -> ContactProblem:
         """The problem of a point: in a search for thresholds each point has its own work of adhesion."""
@@ -68,24 +61,18 @@ def build(config: RunConfig) -> RunSetup:
 
     problem = ContactProblem(grid, wall, heights, config.substrate.build())
     try:
-        realised = problem.moments
-        check_slope(realised.rms_slope)
+        check_slope(problem.moments.rms_slope)
     except ArgumentError as error:
         raise refuse(config, _unusable(("surface",), config.surface, error)) from None
     _check_mean_gaps(config, problem)
     expected = config.surface.expected(grid)
     if lower is not None:
         expected = lower.expected(grid, expected)
-    warned = (*_renamed(config), *doubts(problem, realised.rms_slope, config.shortest), *_long_steps(config, problem))
-    return RunSetup(config, problem, realised, expected, config.solver.build(problem.traction_scale), warned)
-
-
-def _renamed(config: RunConfig) -> Iterator[str]:
-    """Keys of the input that have another name today."""
     given = config.source.data.get("loading", {}) if config.source else {}
-    for name, before in config.loading.renamed.items():
-        if before in given:
-            yield f"[loading] {before} is now called {name}: write {name} in its place"
+    renamed = [(before, name) for name, before in config.loading.renamed.items() if before in given]
+    said = [f"[loading] {before} is now called {name}: write {name} in its place" for before, name in renamed]
+    warned = (*said, *doubts(problem, problem.moments.rms_slope, config.shortest), *_long_steps(config, problem))
+    return RunSetup(config, problem, expected, config.solver.build(problem.traction_scale), warned)
 
 
 def _made(key: Key, table: Table, build: Callable[[], _Made], faults: list[Fault]) -> _Made | None:

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from operator import itemgetter
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
@@ -21,28 +21,27 @@ from continuum.model.surface import Surface
 from continuum.model.walls import Wall
 from continuum.path.state import YIELDS, Control, Search
 from continuum.solve.backend import BACK_ENDS
-from continuum.solve.solution import LOOSEST, Settings
-from continuum.tables import Fault, Fraction, Table, constraint
-
-_Count = Annotated[int, Field(ge=1, le=10**9)]
+from continuum.solve.solution import LOOSEST, MOST_THREADS, Settings
+from continuum.tables import Description, Fault, Fraction, Table, constraint
 
 
 def _device(value: str) -> str:
     if value not in BACK_ENDS:
-        allowed = " or ".join(f'"{name}"' for name in BACK_ENDS)
+        allowed = "one of " + ", ".join(f'"{name}"' for name in BACK_ENDS)
         raise PydanticCustomError("device", "{allowed}", {"allowed": allowed})
     return value
 
 
-class ToleranceTable(Table):
+class ToleranceTable(Description):
     """The tolerance of a solution."""
 
     tolerance: Annotated[float, Field(gt=0, le=LOOSEST)] = 1e-6
     """largest root-mean-square residual traction, relative to h'rms E*; 0.01 leaves errors of a few percent"""
 
     def build(self, scale: float) -> Settings:
-        """Settings with tolerances relative to ``ContactProblem.traction_scale``."""
-        return Settings(self.tolerance * scale)
+        """Settings of the solver, with tolerances relative to ``ContactProblem.traction_scale``."""
+        keys = {name: value for name, value in self if name in Settings.__dataclass_fields__}
+        return Settings(**keys | {"tolerance": self.tolerance * scale})
 
 
 class SolverTable(ToleranceTable):
@@ -50,12 +49,12 @@ class SolverTable(ToleranceTable):
 
     not_identity: ClassVar[frozenset[str]] = frozenset({"threads"})
 
-    max_iterations: _Count = 5000
+    max_iterations: Annotated[int, Field(ge=1, le=10**9)] = 5000
     """number of iterations after which a point counts as not converged"""
     shift: Annotated[float, Field(gt=0, le=100)] = 0.01
     """c0 of the preconditioner 1/(K + c0) of long waves, in E* over the spacing of the grid; 0.001 - 0.03 are equally
     good"""
-    threads: Annotated[int, Field(ge=1, le=1024)] = 1
+    threads: Annotated[int, Field(ge=1, le=MOST_THREADS)] = 1
     """threads of the solver; they do not change results"""
     stability: bool = False
     """whether to compute the lowest eigenvalue of the Hessian of each point under a law, in one or two hundred FFT
@@ -65,11 +64,6 @@ class SolverTable(ToleranceTable):
     "torch:cuda", "torch:mps", "cupy", "jax"; or "cuda", the first of these that sees a GPU. All but "cpu" are
     experimental: their results were checked on processor cores, their speed on no GPU yet; results of two devices agree
     but for rounding, and are kept apart"""
-
-    def build(self, scale: float) -> Settings:
-        """Solver settings, including iterations, threads and device."""
-        names = ("max_iterations", "shift", "threads", "stability", "device")
-        return replace(super().build(scale), **{name: getattr(self, name) for name in names})
 
 
 MOST = 1_000_000
@@ -147,11 +141,9 @@ class RetractionTable(Table):
         yield from _unordered(self.control, self.targets, nearer=False)
 
 
-class LoadingTable(Table):
-    """[loading]: the path."""
+class _WaysTable(Table):
+    """Where a path leads."""
 
-    newer: ClassVar[frozenset[str]] = frozenset({"threshold", "area_resolution"})
-    renamed: ClassVar[Mapping[str, str]] = {"threshold": "turn"}
     control: Control
     """what is given at each point"""
     targets: _Targets
@@ -161,21 +153,19 @@ class LoadingTable(Table):
     """whether to go back through the same values"""
     retraction: RetractionTable | None = None
     """another way back, instead of retract"""
-    area_tolerance: Fraction | Annotated[tuple[Fraction, ...], Field(min_length=1)] = 0.01
+
+
+class LoadingTable(Search, _WaysTable):
+    """[loading]: the path."""
+
+    newer: ClassVar[frozenset[str]] = frozenset({"threshold", "area_resolution"})
+    renamed: ClassVar[Mapping[str, str]] = {"threshold": "turn"}
+    area_tolerance: Fraction | Annotated[tuple[Fraction, ...], Field(min_length=1)] = 0.01  # type: ignore[assignment]
     """largest difference from a given repulsive area, relative to it or, beyond half contact, to what is left of A0; or
     one for each target; half a grid point is always accepted"""
     threshold: Fraction | None = None
     """find at each area the work of adhesion at which the load changes its sign, the threshold, instead of the state at
     the given work; the value is the width of the bracket of works, relative to the threshold, as 0.02"""
-    area_resolution: Annotated[float, Field(ge=1e-9)] | None = None
-    """width in mean gap to which a jump of the area over its target is bracketed, in a0; a thousandth of the rms height
-    if not given"""
-    event_resolution: Annotated[float, Field(ge=1e-9)] | None = None
-    """width to which jumps between points are bracketed, in units of the control; jumps are not bracketed if not
-    given"""
-    event_threshold: Fraction = 0.01
-    """smallest jump to report, as a fraction of A0: in repulsive area, in contact area, or in attractive load over the
-    largest tension of the wall"""
 
     @property
     def legs(self) -> tuple[tuple[Control, tuple[float, ...]], ...]:
@@ -187,14 +177,16 @@ class LoadingTable(Table):
     @property
     def stretches(self) -> Iterator[tuple[Control, tuple[float, ...], Search]]:
         """The legs, cut where the tolerance of the area changes."""
-        resolutions = self.area_resolution, self.event_resolution, self.event_threshold
+        given, looks = self.area_tolerance, (self.area_resolution, self.event_resolution, self.event_threshold)
         for control, targets in self.legs:
-            if isinstance(self.area_tolerance, float):
-                yield control, targets, Search(self.area_tolerance, *resolutions)
-                continue
-            each = zip(targets, self.area_tolerance + self.area_tolerance[-2::-1], strict=False)
-            for tolerance, group in itertools.groupby(each, key=lambda pair: pair[1]):
-                yield control, tuple(target for target, _ in group), Search(tolerance, *resolutions)
+            each = given + given[-2::-1] if isinstance(given, tuple) else itertools.repeat(given)
+            for tolerance, group in itertools.groupby(zip(targets, each, strict=False), key=itemgetter(1)):
+                yield control, tuple(target for target, _ in group), Search(tolerance, *looks)
+
+    @property
+    def aims(self) -> Iterator[tuple[Control, float, Search]]:
+        """What is given at each point, its value, and how closely it is met."""
+        return ((control, target, search) for control, targets, search in self.stretches for target in targets)
 
     @property
     def points(self) -> int:
@@ -241,10 +233,6 @@ class OutputTable(Table):
     last_state: bool | None = None
     """whether to store the gap of the last point in double precision, so that a longer path can continue from it; by
     default on grids of at most 1024 x 1024 points"""
-
-    def keeps_last_state(self, shape: tuple[int, int]) -> bool:
-        """Whether the gap of the last point is stored in double precision on a grid of this shape."""
-        return math.prod(shape) <= 1024**2 if self.last_state is None else self.last_state
 
 
 class RunConfig(Document):
@@ -298,9 +286,6 @@ class RunConfig(Document):
     @constraint
     def _shows_the_surface(self) -> Iterator[Fault]:
         yield from self.surface.too_short(self.grid.n, self.grid.lengths)
-
-    @constraint
-    def _holds_the_surface(self) -> Iterator[Fault]:
         yield from self.surface.too_long(self.grid.n, self.grid.lengths)
 
     @constraint

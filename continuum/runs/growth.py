@@ -6,7 +6,7 @@ tolerance needs the states of all points, and starts each from its own.
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from itertools import takewhile
 from pathlib import Path
@@ -16,8 +16,8 @@ import numpy as np
 from continuum.files import store
 from continuum.files.hdf5 import StoreError, understood
 from continuum.files.tables import restored
-from continuum.measure.contact import Totals
-from continuum.path.state import Control, PathState, Search
+from continuum.measure.contact import Equilibrium, shared
+from continuum.path.state import PathState
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, points_of
 from continuum.solve.solution import Solution, Status
@@ -64,10 +64,8 @@ def growth_of(config: RunConfig, source: Path) -> Growth | None:
         return None  # damaged, or of another version
     asked = config.loading.points
     yields, searched = np.isfinite(config.wall.hardness), config.loading.threshold is not None
-    alike = min(
-        done,
-        sum(1 for _ in takewhile(lambda two: two[0] == two[1], zip(_points(config), _points(earlier), strict=False))),
-    )
+    both = zip(config.loading.aims, earlier.loading.aims, strict=False)
+    alike = min(done, sum(1 for _ in takewhile(lambda two: two[0] == two[1], both)))
     if config.output.fields and not earlier.output.fields:
         return None
     if config.solver.tolerance < earlier.solver.tolerance:
@@ -106,12 +104,5 @@ def stored_state(source: Path, step: int) -> PathState | None:
     gap = store.read_part(source, "gap", step)
     if not point.converged or gap is None or not np.isfinite(gap).all():
         return None
-    totals = Totals(**{column.name: getattr(point, column.name) for column in fields(Totals)})
     solution = Solution(gap.astype(np.float64), Status.CONVERGED, point.residual, 0)
-    return PathState(point.control, point.target, point.branch, point.separation, point.mean_gap, totals, solution)  # type: ignore[arg-type]
-
-
-def _points(config: RunConfig) -> Iterator[tuple[Control, float, Search]]:
-    for control, targets, search in config.loading.stretches:
-        for target in targets:
-            yield control, target, search
+    return PathState(**shared(Equilibrium, point), solution=solution)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from continuum.files import store
 from continuum.files.store import Attribute, Dataset
-from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map, quantity
+from continuum.measure.contact import ATTRACTED, REPULSIVE, Equilibrium, Totals, contact_map, quantity, shared
 from continuum.model.problem import ContactProblem
 from continuum.path.state import CONTROLS, Branch, Event, JumpSide, Outcome, PathState, numbers
 from continuum.sheet import words
@@ -18,6 +18,7 @@ from continuum.solve.solution import Solution, Status, Work
 from continuum.solve.solver import Solver
 
 _OF_SOLUTION = ("residual", "duality_gap", "lowest_eigenvalue", "iterations", "fft_pairs", "sweeps")
+_TOTALS = tuple(one.name for one in dataclasses.fields(Totals))
 _OF_STATE = ("control", "target", "branch", "separation", "mean_gap")
 _OF_WORK: Mapping[str, tuple[type, str, str]] = {
     "work/nx": (int, "1", "points along x"),
@@ -27,7 +28,8 @@ _OF_WORK: Mapping[str, tuple[type, str, str]] = {
     "journal/fft_seconds": (float, "s", "wall time in Fourier transforms"),
 }
 """Datasets of the work on each grid: type, unit and description."""
-_SIDES = {"value": "", "separation": "a0", "mean_gap": "a0", "area_rep": "1", "area_att": "1", "load": "E*"}
+_UNITS = {one.name: one.metadata["units"] for one in dataclasses.fields(Equilibrium)}
+_SIDES = {name: _UNITS.get(name, "") for name in JumpSide._fields}
 _OF_EVENT: Mapping[str, tuple[type, str, str]] = {
     "events/step": (int, "1", "point on the way to which it was met"),
     **{f"events/{name}": (str, "", f"{name} of the jump") for name in ("kind", "control", "branch")},
@@ -40,10 +42,11 @@ _OF_EVENT: Mapping[str, tuple[type, str, str]] = {
 """Datasets of the jumps, in the order of the fields of an event and of its sides."""
 EVENT_DATASETS = frozenset(_OF_EVENT)
 """Names of the datasets that hold the jumps."""
+_ENDS: Mapping[str, Status | Outcome] = {**Status.__members__, **Outcome.__members__}
 FLAGS = {
     "control": CONTROLS,
     "branch": get_args(Branch),
-    "status": (*Status.__members__, *Outcome.__members__),
+    "status": tuple(_ENDS),
 }
 """Words in datasets of points, in the order of their CF flags; new words are appended."""
 
@@ -53,15 +56,9 @@ _RENAMED = {"turn": "threshold", "NO_TURN": "NO_THRESHOLD"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Point(Totals):
+class Point(Equilibrium):
     """Numbers of one point of a path.  Each field is stored as a dataset over ``step``."""
 
-    control: str = quantity("", "what is given")
-    target: float = quantity("", "its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)")
-    branch: str = quantity("", "direction from which the point was reached")
-    work_of_adhesion: float = quantity("E* a0", "work of adhesion w of the wall; in reduced units l_a")
-    separation: float = quantity("a0", "height of the wall's zero above the undeformed surface")
-    mean_gap: float = quantity("a0", "mean gap")
     lowest_load: float = quantity("E*", "smallest load found on the way from the point before")
     lowest_load_mean_gap: float = quantity("a0", "mean gap there")
     elastic_energy: float = quantity("E* a0", "elastic energy per area, of a periodic surface without the mean mode")
@@ -77,13 +74,11 @@ class Point(Totals):
 
     @classmethod
     def of(cls, problem: ContactProblem, state: PathState, solver: Solver) -> Self:
-        solution, lowest = state.solution, state.lowest or (state.totals.load, state.mean_gap)
+        solution, lowest = state.solution, state.lowest or (state.load, state.mean_gap)
         pulled_off = state.outcome is Outcome.PULLED_OFF
         return cls(
-            **vars(state.totals),
-            **{name: getattr(state, name) for name in _OF_STATE},
+            **shared(Equilibrium, state),
             **{name: getattr(solution, name) for name in _OF_SOLUTION},
-            work_of_adhesion=problem.wall.work_of_adhesion,
             lowest_load=lowest[0],
             lowest_load_mean_gap=lowest[1],
             elastic_energy=0.0 if pulled_off else solver.elastic_energy(problem.heights, state.solution),
@@ -107,8 +102,7 @@ class Point(Totals):
     @property
     def meaning(self) -> str:
         """How the solve or the search ended, in words."""
-        ended: Status | Outcome = Outcome[self.status] if self.status in Outcome.__members__ else Status[self.status]
-        return str(ended.value)
+        return _ENDS[self.status].value
 
 
 class PathEvent(NamedTuple):
@@ -165,25 +159,22 @@ class Record:
             "journal/solve_seconds": _times(self.seconds, 0, "wall time of the solve of the point itself"),
             **self._work(),
             **self._events(),
+            **store.columns(self.points, "step"),
         }
-        for column in dataclasses.fields(Point):
-            values = np.array([getattr(point, column.name) for point in self.points])
-            datasets[column.name] = Dataset(values, ("step",), **column.metadata)
         if self.fields:
             datasets["gap"] = Dataset(np.array(self.gaps), ("step", "x", "y"), "a0", "gap")
-        if self.good and self.good[-1].imprint_left is not None:
+        if self.good and self.good[-1].imprint is not None:
             what = "depth of the imprint that the wall keeps, to which later heights are raised"
             kind = np.float64 if restart else np.float32
-            datasets["imprint"] = Dataset(self.good[-1].imprint_left.astype(kind), ("x", "y"), "a0", what)
+            datasets["imprint"] = Dataset(self.good[-1].imprint.astype(kind), ("x", "y"), "a0", what)
         if restart and self.good:
             for name in _OF_STATE:
                 values = np.array([getattr(state, name) for state in self.good])
                 datasets[f"restart/{name}"] = Dataset(values, ("restart_point",), "", f"{name} of the states")
             values = np.array([state.solution.residual for state in self.good])
             datasets["restart/residual"] = Dataset(values, ("restart_point",), "E*", "residual of the states")
-            values = np.array([dataclasses.astuple(state.totals) for state in self.good])
-            names = ", ".join(column.name for column in dataclasses.fields(Totals))
-            datasets["restart/contact"] = Dataset(values, ("restart_point", "restart_number"), "", names)
+            values = np.array([[*shared(Totals, state).values()] for state in self.good])
+            datasets["restart/contact"] = Dataset(values, ("restart_point", "restart_number"), "", ", ".join(_TOTALS))
             gap = np.maximum(self.good[-1].gap, 0.0) if "imprint" in datasets else self.good[-1].gap
             datasets["restart/gap"] = Dataset(gap, ("x", "y"), "a0", "gap of the last of these, the start of the next")
         return datasets
@@ -218,7 +209,7 @@ class Record:
         return {"smallest_load": load, "smallest_load_mean_gap": mean_gap, "smallest_load_branch": branch}
 
     @classmethod
-    def restored(cls, problem: ContactProblem, file: store.File, *, fields: bool) -> Self:
+    def restored(cls, file: store.File, *, fields: bool) -> Self:
         steps = zip(*(file[name].tolist() for name in _OF_WORK), strict=True)
         record = cls(
             fields,
@@ -235,12 +226,12 @@ class Record:
             rows = zip(*(file[f"restart/{name}"].tolist() for name in (*_OF_STATE, "residual", "contact")), strict=True)
             for *of_state, residual, contact in rows:
                 solution = Solution(file["restart/gap"], Status.CONVERGED, residual, 0)
-                named = dict(zip(_OF_STATE, of_state, strict=True))
-                state = PathState(**named, totals=Totals(*contact), solution=solution)
+                named = zip((*_OF_STATE, *_TOTALS), (*of_state, *contact), strict=True)
+                state = PathState(**dict(named), solution=solution)
                 record.good = [*map(numbers, record.good), state]
             if record.good and "imprint" in file.datasets:
                 # The state after the last one, whose gap is restored as it was.
-                record.good[-1] = replace(record.good[-1], imprint=file["imprint"])
+                record.good[-1] = replace(record.good[-1], imprint_before=file["imprint"])
         return record
 
 

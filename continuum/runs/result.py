@@ -33,7 +33,7 @@ from continuum.model.walls import Wall
 from continuum.path.state import HYSTERESIS, NOT_LOOKED, not_looked_at
 from continuum.runs.config import RunConfig
 from continuum.runs.record import EVENT_DATASETS, FLAGS, PathEvent, Point, events_of, points_of
-from continuum.sheet import Column, Sheet, pairs, words
+from continuum.sheet import Column, Sheet, Shown, pairs, words
 from continuum.theory import paper
 from continuum.theory.paper import ExpectedContact
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(Shown):
     """A run on disk: numbers in memory, maps and fields read from the file on demand.
 
     :func:`continuum.plot` draws its figures.
@@ -84,9 +84,6 @@ class Result:
     def __repr__(self) -> str:
         good = sum(point.converged for point in self.points)
         return f"Result({str(self.path)!r}, {len(self.points)} points, {good} converged, {len(self.events)} jumps)"
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
     @property
     def identity(self) -> str:
@@ -160,7 +157,25 @@ class Result:
 
     def analyse(self) -> Analysis:
         """Measure all stored equilibria: patches, perimeter, κ, gap profile, pull-off."""
-        return analyse_run(self)
+        good = [(step, point) for step, point in enumerate(self.points) if point.converged]
+        notes = []
+        if self.wall.law is None:
+            notes.append("no distribution of pressures: under a hard wall they do not follow from the stored data")
+        if missing := len(self.points) - len(good):
+            notes.append(f"{missing} points that did not converge are left out")
+        if not self.finished:
+            notes.append("the run is not finished: `continuum run` with its input continues it")
+        if self.points and self.gap(0) is None:
+            notes.append(
+                "areas under other definitions, gap profile, d_att and distributions need the gap at each point, which "
+                "this run did not store: set fields = true in [output] of its input, and run it again into that folder"
+            )
+        curve = Curve.of([point for _, point in good])
+        moments, wall = self.moments, self.wall
+        expected = ExpectedContact(moments.rms_slope, moments.rms_curvature, wall.range, wall.work_of_adhesion)
+        each = zip(good, normal_stiffness(curve).tolist(), strict=True)
+        points = tuple(_measured(self, step, point, stiffness) for (step, point), stiffness in each)
+        return Analysis(self, expected, points, adhesion(curve) if good else None, tuple(notes))
 
     def sheets(self) -> list[Sheet]:
         """Its points and its jumps."""
@@ -186,7 +201,7 @@ class Result:
         loading = self.config.loading
         looks = loading.event_resolution is not None
         one_branch = not self.wall.work_of_adhesion > 0
-        points = [(p.branch, p, one_branch or (looks and p.control != "repulsive-area")) for p in self.points]
+        points = [(p, one_branch or (looks and p.control != "repulsive-area")) for p in self.points]
         return not_looked_at(points, loading.event_threshold)
 
     def threshold_sheet(self) -> Sheet:
@@ -268,7 +283,7 @@ class MeasuredPoint:
 
 
 @dataclass(frozen=True, eq=False)
-class Analysis:
+class Analysis(Shown):
     """A stored run with all its measurements, which :func:`continuum.plot` draws."""
 
     result: Result
@@ -284,38 +299,12 @@ class Analysis:
     def __repr__(self) -> str:
         return f"Analysis({self.result!r})"
 
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
-
     def sheets(self) -> list[Sheet]:
         """Each point, and the run as a whole."""
         sheets = [_loads(self), _geometry(self)]
         if any(point.fields for point in self.points):
             sheets.append(_outside(self))
         return [*sheets, _whole(self)]
-
-
-def analyse_run(result: Result) -> Analysis:
-    """Measure every equilibrium of a stored run."""
-    good = [(step, point) for step, point in enumerate(result.points) if point.converged]
-    notes = []
-    if result.wall.law is None:
-        notes.append("no distribution of pressures: under a hard wall they do not follow from the stored data")
-    if missing := len(result.points) - len(good):
-        notes.append(f"{missing} points that did not converge are left out")
-    if not result.finished:
-        notes.append("the run is not finished: `continuum run` with its input continues it")
-    if result.points and result.gap(0) is None:
-        notes.append(
-            "areas under other definitions, gap profile, d_att and distributions need the gap at each point, which "
-            "this run did not store: set fields = true in [output] of its input and run it again into the same folder"
-        )
-    curve = Curve.of([point for _, point in good])
-    moments, wall = result.moments, result.wall
-    expected = ExpectedContact(moments.rms_slope, moments.rms_curvature, wall.range, wall.work_of_adhesion)
-    each = zip(good, normal_stiffness(curve).tolist(), strict=True)
-    points = tuple(_measured(result, step, point, stiffness) for (step, point), stiffness in each)
-    return Analysis(result, expected, points, adhesion(curve) if good else None, tuple(notes))
 
 
 def _measured(result: Result, step: int, point: Point, stiffness: float) -> MeasuredPoint:

@@ -148,18 +148,19 @@ def states_of(
                 if growth is not None and step < growth.refined and (known := stored_state(growth.source, step)):
                     record.good[:] = [known]  # solved to a finer tolerance, from its stored state
                 for state in follow(system.problem, control, some, system.settings, record.good, search, solver):
-                    yield system.problem.dented(state.imprint), state
+                    yield system.problem.dented(state.imprint_before), state
         done = max(0, done - len(targets))
 
 
 def _write(system: RunSetup, path: Path, key: str, resumed: int, added: Mapping[str, Made], record: Record) -> None:
-    config, grid = system.config, system.grid
+    config, grid = system.config, system.problem.grid
     finished = len(record.points) == config.loading.points
     x, y = grid.positions
+    kept = grid.size <= 1024**2 if config.output.last_state is None else config.output.last_state
     datasets = {
         "x": Dataset(x[:, 0], ("x",), "a0", "position"),
         "y": Dataset(y[0], ("y",), "a0", "position"),
-        **record.datasets(restart=not finished or config.output.keeps_last_state(grid.shape)),
+        **record.datasets(restart=not finished or kept),
     }
     for name, values in system.problem.wall.knots.items():
         datasets[f"wall/{name}"] = Dataset(values, ("wall_knot",), *_OF_KNOTS[name])
@@ -191,7 +192,7 @@ def _attributes(system: RunSetup, record: Record, key: str, finished: bool) -> d
         "wall_zero_gap": wall.zero_gap,
         "wall_range": wall.range,
         "work_of_adhesion": wall.work_of_adhesion,
-        **{f"realised_{name}": value for name, value in system.realised._asdict().items()},
+        **{f"realised_{name}": value for name, value in system.problem.moments._asdict().items()},
         **provenance(),
         **journal(),
         **({"journal/grown_from": record.grown_from} if record.grown_from else {}),
@@ -216,7 +217,7 @@ def _stored(
     if growth is not None and growth.kept:
         stored = store.read_datasets(growth.source, config.result_schema, config.result_version)
         with understood(growth.source):
-            whole = Record.restored(system.problem, stored, fields=config.output.fields)
+            whole = Record.restored(stored, fields=config.output.fields)
         # What the next point starts from is stored of the last point only.
         good = whole.good if growth.kept == len(whole.points) else []
         return replace(whole.beginning(growth.kept, good), grown_from=growth.identity), False
@@ -227,7 +228,7 @@ def _stored(
         return Record(config.output.fields), False  # computed again, to store the fields
     try:
         with understood(path):
-            record = Record.restored(system.problem, file, fields=config.output.fields)
+            record = Record.restored(file, fields=config.output.fields)
     except StoreError as error:
         raise store.refused(error) from error
     return record, bool(file.attributes.get("finished")) and added.keys() <= file.datasets.keys()

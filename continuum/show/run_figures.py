@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import singledispatch
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import ListedColormap
@@ -11,25 +11,14 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from continuum.arguments import file_name
-from continuum.measure.curve import CurvePoint
 from continuum.measure.outline import patches, size_distribution
+from continuum.path.state import PathState
+from continuum.runs.record import Point
 from continuum.runs.result import Analysis, MeasuredPoint, Result
 from continuum.show import plot
 from continuum.theory import paper
 
 _AREA = r"$A_\mathrm{rep}/A_0$"
-
-
-class PathPoint(CurvePoint, Protocol):
-    """A point of a path, as far as its figure needs it."""
-
-    @property
-    def area_rep(self) -> float:
-        """A_rep/A0."""
-
-    @property
-    def converged(self) -> bool:
-        """Whether it is an equilibrium."""
 
 
 @singledispatch
@@ -88,7 +77,7 @@ def map_figure(kinds: NDArray[np.uint8], period: tuple[float, float], area: floa
 
 
 @plot.styled
-def curve_figure(points: Sequence[PathPoint], slope: float) -> Figure:
+def curve_figure(points: Sequence[Point | PathState], slope: float) -> Figure:
     """Repulsive area against load (the paper's Fig. 2), and both against the mean gap; failed points crossed."""
     area, load, gap = np.array([(p.area_rep, p.load, p.mean_gap) for p in points]).T
     retract = np.array([point.branch == "retract" for point in points])

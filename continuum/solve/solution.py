@@ -38,7 +38,7 @@ class Work(NamedTuple):
         return Work(self.shape, pairs, sweeps, self.fft_seconds + other.fft_seconds)
 
 
-class Status(enum.Enum):
+class Status(enum.StrEnum):
     """How a solve ended.  Each failure names its usual cause and what helps."""
 
     CONVERGED = "converged"

@@ -146,7 +146,7 @@ def search_threshold(pressed: PressedMap, found: MapThreshold, *, limited: bool 
         found, work=length * scale, low=bracket.before.value * scale,
         high=max(bracket.after.value, share * length) * scale,
         source=Basis.SEARCH, range=reach, why=(), jumps=bracket.kind == "jump-in", solves=state.search_solves + 1,
-        area_rep=state.totals.area_rep, area_att=state.totals.area_att, gap=state.gap, wall=at.wall,
+        area_rep=state.area_rep, area_att=state.area_att, gap=state.gap, wall=at.wall,
         warnings=tuple(dict.fromkeys((*found.warnings, *doubts))),
     )  # fmt: skip
 

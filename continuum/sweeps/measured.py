@@ -99,7 +99,7 @@ def _quantities(system: RunSetup, record: Record) -> Dataset:
 
 def _table(system: RunSetup, record: Record) -> Dataset:
     """One row for each point, one column for each of :data:`COLUMNS`."""
-    config, grid, slope = system.config, system.grid, system.realised.rms_slope
+    config, grid, moments = system.config, system.problem.grid, system.problem.moments
     good = [step for step, point in enumerate(record.points) if point.converged]
     curve = Curve.of([record.points[step] for step in good])
     stiffness = dict(zip(good, normal_stiffness(curve).tolist(), strict=True))
@@ -108,7 +108,7 @@ def _table(system: RunSetup, record: Record) -> Dataset:
     for step, point in enumerate(record.points):
         wall = system.at_work(point.work_of_adhesion).wall
         row = {
-            **system.realised._asdict(),
+            **moments._asdict(),
             "range": wall.range,
             "effective_range": wall.effective_range if wall.work_of_adhesion > 0 else 0.0,
             **{name: getattr(point, name) for name in _POINT},
@@ -118,7 +118,7 @@ def _table(system: RunSetup, record: Record) -> Dataset:
         }
         if point.converged:
             inside = store.unpack(record.repulsive[step], grid.shape[1])
-            numbers = measure(grid, point, inside, slope)
+            numbers = measure(grid, point, inside, moments.rms_slope)
             row |= {**numbers.numbers(), "stiffness": stiffness[step], "patches": patches(grid, inside).areas.size}
             gap = record.gaps[step].astype(np.float64) if record.fields else None
             if gap is not None and wall.range > 0 and inside.any():

@@ -107,7 +107,7 @@ def told(device: str, threads: int, found: list[tuple[PathState, float]]) -> str
         s = state.solution.require()
         lines.append(
             f"  {who:16} {'path' if i else 'cold'}  {seconds:9.3f} s  {s.iterations:4d} iterations  "
-            f"{s.fft_pairs:7.1f} pairs  area {state.totals.area_rep:.8f}  load {state.load:.12e}\n"
+            f"{s.fft_pairs:7.1f} pairs  area {state.area_rep:.8f}  load {state.load:.12e}\n"
         )
     return "".join(lines)
 

@@ -65,9 +65,8 @@ def contact(n: int, seed: int, kind: str) -> dict[str, Any]:
     """Press a contact of one kind from rest."""
     case, target = KINDS[kind](n, seed)
     began = time.process_time()
-    state = case.press(**target)
-    found = state.found
+    found = case.press(**target)
     return {
-        "status": found.status.name, "area": state.area_rep, "solves": found.search_solves + 1,
+        "status": found.status.name, "area": found.area_rep, "solves": found.search_solves + 1,
         "fft_pairs": found.search_pairs + found.solution.fft_pairs, "cpu": time.process_time() - began,
     }  # fmt: skip

@@ -23,10 +23,10 @@ def _contact(n: int, seed: int, adhesion_length: float) -> c.Contact:
 def search(n: int, seed: int, adhesion_length: float, area: float) -> dict[str, Any]:
     """Find an area from rest, then solve at its mean gap from rest."""
     contact = _contact(n, seed, adhesion_length)
-    found = contact.press(area=area).found
-    cold = contact.press(mean_gap=found.mean_gap).found.solution.fft_pairs
+    found = contact.press(area=area)
+    cold = contact.press(mean_gap=found.mean_gap).solution.fft_pairs
     return {
-        "status": found.status.name, "area_rep": found.totals.area_rep, "solves": found.search_solves + 1, "cold": cold,
+        "status": found.status.name, "area_rep": found.area_rep, "solves": found.search_solves + 1, "cold": cold,
         "fft_pairs": found.search_pairs + found.solution.fft_pairs,
     }  # fmt: skip
 
@@ -36,9 +36,9 @@ def path(n: int, seed: int, adhesion_length: float) -> dict[str, Any]:
     contact = _contact(n, seed, adhesion_length)
     gaps = np.linspace(*GAPS[:2], GAPS[2]) * contact.moments.rms_height
     states = contact.path(mean_gap=gaps.tolist()).states
-    cold = [contact.press(mean_gap=float(gap)).found.solution.fft_pairs for gap in gaps]
+    cold = [contact.press(mean_gap=float(gap)).solution.fft_pairs for gap in gaps]
     return {
         "areas": [states[0].area_rep, states[-1].area_rep], "cold": median(cold),
-        "fft_pairs": median(state.found.solution.fft_pairs for state in states),
-        "status": ", ".join(sorted({state.found.status.name for state in states})),
+        "fft_pairs": median(state.solution.fft_pairs for state in states),
+        "status": ", ".join(sorted({state.status.name for state in states})),
     }  # fmt: skip

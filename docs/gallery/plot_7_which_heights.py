@@ -127,7 +127,7 @@ drawn = {"as it is": heights, **surfaces}
 for (name, changed), style in zip(drawn.items(), ("k-", "C0-", "C0--", "C1-", "C1--"), strict=True):
     states = [pressed(changed, work) for work in works]
     label = f"{name.split(' at')[0]}: {threshold(changed).work / whole.work:.2f} w"
-    last.plot(works / whole.work, [one.load / one.found.totals.load_rep for one in states], style, label=label)
+    last.plot(works / whole.work, [one.load / one.load_rep for one in states], style, label=label)
 last.axhline(0, color="0.7", linewidth=0.6, zorder=0)
 last.set(xlabel="work of adhesion over w", ylabel="load over repulsive load", ylim=(-0.5, 1.1))
 last.set_title("thresholds found by search", fontsize=7)

@@ -112,7 +112,7 @@ class Way:
         while states[-1].mean_gap < farthest:
             states.append(self.on(states[-1], step * np.floor(states[-1].mean_gap / step + 1.001)))
             largest = max(largest, -states[-1].load)
-            if states[-1].totals.load_att < largest:
+            if states[-1].load_att < largest:
                 break
         return states
 
@@ -136,7 +136,7 @@ def at_zero_load(states: Sequence[PathState]) -> float:
     for one, other in pairwise(states):
         if one.load > 0 >= other.load:
             share = one.load / (one.load - other.load)
-            return one.totals.area_rep + share * (other.totals.area_rep - one.totals.area_rep)
+            return one.area_rep + share * (other.area_rep - one.area_rep)
     return float("nan")
 
 
@@ -170,7 +170,7 @@ def cycle(surface: SelfAffineSurface, grid: Grid, work: float) -> Cycle:
     settings = Settings(TOLERANCE * problem.traction_scale, warm_grids=0)
     way = Way(problem, settings, solver_of(problem, settings))
     states = way.back(way.pressed(1.1 * pressure_of_full_contact(problem)), STEP * height, FARTHEST * height)
-    if states[0].totals.area_rep < 1:
+    if states[0].area_rep < 1:
         raise RuntimeError("the cycle does not begin in full contact")
     finer = way.around(states, STEP / 2 * height)
     finest = way.around(finer, STEP / 4 * height)
@@ -179,8 +179,8 @@ def cycle(surface: SelfAffineSurface, grid: Grid, work: float) -> Cycle:
     m = problem.moments
     return Cycle(
         grid.shape[0], surface.hurst, surface.seed, surface.lambda_s, surface.lambda_L, m.rms_height, m.rms_slope,
-        m.rms_curvature, energy_of(problem), reach, work, -best.load, best.mean_gap, best.totals.area_rep,
-        best.totals.area_att, at_zero_load(states), 1 - before / best.load,
+        m.rms_curvature, energy_of(problem), reach, work, -best.load, best.mean_gap, best.area_rep,
+        best.area_att, at_zero_load(states), 1 - before / best.load,
         snapped(states[: hardest(states) + 1], reach), len(every), sum(not state.status.ok for state in every),
         sum(state.solution.fft_pairs for state in every), time.process_time() - began,
     )  # fmt: skip

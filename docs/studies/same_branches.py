@@ -63,7 +63,7 @@ def make(folder: Path) -> None:
             np.savez(
                 folder / f"{number}-{point}.npz",
                 gap=np.float32(state.gap), status=state.status.name, branch=state.branch, mean_gap=state.mean_gap,
-                area_rep=state.totals.area_rep, load=state.load, range=problem.wall.range,
+                area_rep=state.area_rep, load=state.load, range=problem.wall.range,
                 pairs=state.search_pairs + state.solution.fft_pairs,
             )  # fmt: skip
         sys.stderr.write(f"{rough}\n")

@@ -42,8 +42,8 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import SelfAffine
 from continuum.model.walls.attraction import attraction_on_core
+from continuum.path.aim import DECAY
 from continuum.path.loading import solve
-from continuum.path.secant import DECAY
 from continuum.path.state import Search
 from continuum.path.threshold import press_without_adhesion
 from continuum.path.threshold_search import WallOfWork, bracket_threshold
@@ -93,9 +93,8 @@ def thresholds(specimen: Specimen, heights: Real) -> Iterator[tuple[str, float, 
         settings = Settings(1e-6 * problem.traction_scale)
         there, state = bracket_threshold(problem, wall, AREA, settings, Search(0.02), WIDTH)
         state.require()
-        totals = state.totals
-        work = there.wall.work_of_adhesion * totals.load_rep / totals.load_att
-        yield name, work / energy_of_contact, totals.area_rep
+        work = there.wall.work_of_adhesion * state.load_rep / state.load_att
+        yield name, work / energy_of_contact, state.area_rep
     # The last rung of the continua is the lattice: the atoms begin there.
     work, area = on_atoms(specimen, heights, wall, state.separation, work)
     yield "atoms", work / energy_of_contact, area

@@ -70,13 +70,13 @@ def test_atoms_are_carried_to_the_area_as_their_own_equilibria_say(results: list
         # Between two equilibria of the atoms, of which no lattice is told, the load is nearly linear in that gap.
         share = at / (at - edge(other.gap, count))
         assert 0 < share < 1
-        own = state.totals.load + share * (other.totals.load - state.totals.load)
+        own = state.load + share * (other.load - state.load)
         carried = result.states[1].loads_at_area["atoms"]
         step = result.states[1].loads_at_area["lattice"] - carried
         assert abs(step) > 0.01 * own
         # The nonlinearity is 2.5 % of the load, and what is left out about that much of it.
         assert carried == pytest.approx(own, abs=0.025 * abs(step))
-        assert abs(state.totals.load - own) > 0.05 * abs(step)  # where they were relaxed the area is another
+        assert abs(state.load - own) > 0.05 * abs(step)  # where they were relaxed the area is another
 
 
 def test_rungs_stand_where_the_same_number_of_points_is_repulsive() -> None:
@@ -94,10 +94,10 @@ def test_rungs_stand_where_the_same_number_of_points_is_repulsive() -> None:
     loads = loads_at_area({"lattice": at}, {"lattice": state, "atoms": state}, wall, 0.1, height)
     nearest = min(found, key=lambda rung: abs(edge(rung.gap, count)))
     assert abs(edge(nearest.gap, count)) <= CLOSE * 0.1
-    assert loads["lattice"] == nearest.totals.load
+    assert loads["lattice"] == nearest.load
     # Atoms that differ in nothing from the lattice carry the same there, x + t - t: each sum is rounded once.
-    rounding = np.finfo(float).eps * (abs(nearest.totals.load) + abs(state.totals.load))
-    assert loads["atoms"] == pytest.approx(nearest.totals.load, rel=0, abs=rounding)
+    rounding = np.finfo(float).eps * (abs(nearest.load) + abs(state.load))
+    assert loads["atoms"] == pytest.approx(nearest.load, rel=0, abs=rounding)
     # By a mean gap that is a hair smaller and larger, the area is that of k points and of one less.
     areas = [np.count_nonzero(at(nearest.mean_gap + d).gap < wall.zero_gap) for d in (-1e-4, 1e-4)]
     assert areas == [count, count - 1]
@@ -112,7 +112,8 @@ def test_a_rung_that_jumps_over_the_area_has_no_load_there() -> None:
 
         def state(mean_gap: float) -> Rung:
             gap = mean_gap + pattern * (above if mean_gap > 1.22 else 1.0)
-            return Rung("lattice", mean_gap, gap, np.zeros_like(gap), totals_of(grid, wall, gap))
+            totals, at = vars(totals_of(grid, wall, gap)), {"separation": mean_gap, "gap": gap}
+            return Rung(**totals, **at, name="lattice", traction=np.zeros_like(gap))
 
         rungs: dict[RungName, Rung] = {"lattice": state(mean_gap), "atoms": state(mean_gap)}
         return loads_at_area({"lattice": state}, rungs, wall, 0.1, 1.0)["lattice"]

@@ -121,7 +121,7 @@ def test_threads_and_tolerance_of_the_area_are_those_of_the_contact() -> None:
     one, two = (c.Contact(heights, wall=c.LennardJonesSpline(adhesion_length=0.005), threads=n) for n in (1, 2))
     np.testing.assert_array_equal(one.press(mean_gap=1.5).gap, two.press(mean_gap=1.5).gap)
     loose = c.Contact(heights, wall=c.HardWall(), area_tolerance=0.3).press(area=0.1).require()
-    assert loose.found.search_solves < c.Contact(heights, wall=c.HardWall()).press(area=0.1).found.search_solves
+    assert loose.search_solves < c.Contact(heights, wall=c.HardWall()).press(area=0.1).search_solves
 
 
 @pytest.mark.parametrize(
@@ -219,7 +219,7 @@ def test_a_deck_under_a_contact_of_your_own(contact: c.Contact, tmp_path: Path) 
 def test_the_certificate_of_a_state_is_relative_to_its_own_tractions_and_energy() -> None:
     state = c.Contact(Rough(48).heights(), wall=c.HardWall()).press(pressure=0.01).require()
     assert state.residual <= 1e-6
-    assert state.residual == state.found.solution.residual / state.contact.moments.rms_slope
+    assert state.residual == state.solution.residual / state.contact.moments.rms_slope
     # Clapeyron: of the elastic energy twice is the work of the tractions on the displacement, its mean apart.
     displacement = state.contact.heights - state.gap
     work = -np.mean(state.traction * (displacement - displacement.mean()))  # compression pushes the surface away

@@ -128,7 +128,7 @@ def test_nor_does_it_where_nothing_is_repeated() -> None:
 
 def cost(state: c.State) -> float:
     """FFT pairs of a state and of all that was solved on the way to it."""
-    return state.found.search_pairs + state.found.solution.fft_pairs
+    return state.search_pairs + state.solution.fft_pairs
 
 
 def test_a_table_of_stiffness_in_another_unit_is_warned_of_and_solved_as_closely() -> None:

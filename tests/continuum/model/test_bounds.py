@@ -19,6 +19,8 @@ from continuum.model.surface import SelfAffine
 from continuum.model.surfaces import CylinderSurface, PunchSurface, SelfAffineSurface, SineSurface, sine, sphere
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline
 from continuum.model.walls.inverse_powers import LennardJones93
+from continuum.path.state import Search
+from continuum.runs.config import LoadingTable
 from continuum.tables import LARGEST_N
 
 LEAST = 1e-300  # of a positive number
@@ -120,6 +122,9 @@ TABLES: list[tuple[type[Any], dict[str, Any], str, list[Any], list[Any]]] = [
     (Counterface, {"surface": SINE}, "shift", [(0.0, 0.0), (-1e6, 1e6)], [(-1.001e6, 0.0), (0.0, 1.001e6)]),
     (Counterface, {"surface": SINE}, "shift_seed", [0, 2**63 - 1], [-1, 2**63]),
     (Counterface, {"surface": SINE}, "angle", [0.0, 90.0, -270.0], [1.0, 89.0, 91.0]),
+    (Search, {}, "area_tolerance", [LEAST, 1 - 1e-15], [0.0, 1.0]),
+    (Search, {}, "area_resolution", [None, 1e-9, 1.0], [0.0, 0.999e-9]),
+    (Search, {}, "event_resolution", [None, 1e-9, 1.0], [0.0, 0.999e-9]),
     (GridTable, {}, "n", [2, LARGEST_N, (1, 2), (1, LARGEST_N)], [1, 0, (2, 1), (0, 2), (1, 1), LARGEST_N + 1]),
     (GridTable, {"n": (4, 8)}, "period", [(4, 8), (2, 4), (1, 1), 4], [(0, 8), (4, 0), (3, 8), (4, 3), (0.5, 8)]),
 ]  # fmt: skip
@@ -137,6 +142,16 @@ def test_a_key_of_an_input_goes_to_its_bounds_and_no_further(
     for value in beyond:
         with pytest.raises(ValueError, match=key):
             read(value)
+
+
+def test_how_closely_an_area_is_met_is_asked_for_in_python_and_in_an_input_by_the_same_keys() -> None:
+    keys = {"area_tolerance": 0.1, "area_resolution": 0.01, "event_resolution": 0.02, "event_threshold": 0.03}
+    loading = LoadingTable(control="separation", targets=(1.0,), **keys)
+    assert [search for _, _, search in loading.aims] == [Search(**keys)]
+    assert Search(event_resolution=1e-12).event_resolution == 1e-12  # a mistaken unit is likely in an input only
+    for key in keys:
+        with pytest.raises(ArgumentError, match=f"{key} = -1"):
+            Search(**{key: -1})
 
 
 def test_waves_fit_a_grid_and_its_period_on_both_sides_of_their_bounds() -> None:

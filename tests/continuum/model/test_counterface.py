@@ -52,7 +52,9 @@ def test_expected_moments_add_up_as_squares(tmp_path: Path) -> None:
     alone = c.SelfAffine(0.8, 0.1, 8, 32).expected_moments(grid)
     np.testing.assert_allclose(found.expected, np.sqrt(2) * np.array(alone), rtol=1e-12)
     # Each has its slope exactly: what is left is their correlation, of mean zero.
-    squares = [build(config(tmp_path, ("seed = 2", f"seed = {s + 2}"))).realised.rms_slope ** 2 for s in range(40)]
+    squares = [
+        build(config(tmp_path, ("seed = 2", f"seed = {s + 2}"))).problem.moments.rms_slope ** 2 for s in range(40)
+    ]
     assert np.mean(squares) == pytest.approx(found.expected.rms_slope**2, abs=4 * np.std(squares) / np.sqrt(40))
     assert np.std(squares) > 0
 

@@ -14,7 +14,7 @@ from continuum.paper import further
 from continuum.paper.figures import FIGURES
 from continuum.paper.page import plot_figure
 from continuum.paper.points import FigureError, SweepData
-from continuum.runs.result import Result, analyse_run
+from continuum.runs.result import Result
 from continuum.sheet import Sheet
 from continuum.solve.tangent import tangent_stiffness
 from continuum.sweeps.folder import Folder
@@ -86,7 +86,7 @@ def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
     assert [title.split("  ")[1] for title in titles] == ["hard wall", "wall with a law"]
     assert set(data.points.law) == {"hard", "lennard-jones-spline"}
     for i, key in enumerate(data.table.keys):
-        (point,) = analyse_run(Result.read(Folder(data.root).point(key))).points
+        (point,) = Result.read(Folder(data.root).point(key)).analyse().points
         assert point.fields is not None
         assert shown["d_rep (a0)"][i] == point.numbers.diameter
         low, high = shown["gap over S-1, least, from the edge"][i], shown["largest, from the edge"][i]

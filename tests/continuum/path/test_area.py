@@ -45,8 +45,8 @@ def test_an_area_is_met_up_to_full_contact_or_said_not_to_be(wall: Wall, target:
     problem = Rough(48, seed=seed).problem(wall)
     state = solve(problem, "repulsive-area", target, Settings(1e-7))
     if state.status.ok:
-        assert abs(state.totals.area_rep - target) <= allowed(target, problem.grid.size)
-        assert state.mean_gap > max(wall.core, wall.bound) or state.totals.area_rep == 1
+        assert abs(state.area_rep - target) <= allowed(target, problem.grid.size)
+        assert state.mean_gap > max(wall.core, wall.bound) or state.area_rep == 1
     else:
         assert state.outcome in (Outcome.JUMPED_OVER, Outcome.NOT_FOUND)
 
@@ -55,7 +55,7 @@ def test_what_is_left_of_a_hard_contact_is_met_relative_to_itself() -> None:
     """The case that was found: an area of 0.999 returned 0.9926."""
     problem = Rough(64).problem(HardWall())
     state = solve(problem, "repulsive-area", 0.999, Settings(1e-7)).require()
-    assert abs(state.totals.area_rep - 0.999) <= 0.5 / problem.grid.size * (1 + 1e-9)
+    assert abs(state.area_rep - 0.999) <= 0.5 / problem.grid.size * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -65,7 +65,7 @@ def test_a_search_near_full_contact_begins_at_a_mean_gap_that_leaves_a_surface(s
     problem = Rough(64).problem(HardWall())
     heights = SelfAffine(0.8, 0.1, 4.0, 16.0).synthesise(grid, np.random.default_rng(seed))
     state = solve(replace(problem, heights=heights), "repulsive-area", 0.999, Settings(1e-7)).require()
-    assert abs(state.totals.area_rep - 0.999) <= 0.5 / grid.size * (1 + 1e-9)
+    assert abs(state.area_rep - 0.999) <= 0.5 / grid.size * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("shortest", [4, 8])
@@ -101,10 +101,10 @@ def test_a_jump_that_a_coarser_grid_has_seen_is_looked_for_where_it_was() -> Non
     settings = Settings(1e-7)
     state = solve(problem, "repulsive-area", 0.003, settings)
     assert state.outcome is Outcome.JUMPED_OVER
-    assert state.beyond.totals.area_rep > 0.003 > state.totals.area_rep
+    assert state.beyond.area_rep > 0.003 > state.area_rep
     assert 0 < state.mean_gap - state.beyond.mean_gap <= RESOLUTION * heights.std()
     held = solve(problem, "mean-gap", state.mean_gap, replace(settings, warm_grids=0), state.gap).require()
-    assert held.totals.area_rep == state.totals.area_rep
+    assert held.area_rep == state.area_rep
 
 
 @pytest.mark.parametrize(("seed", "target"), [(2, 0.017), (4, 0.0135), (2, 0.006)])
@@ -127,7 +127,7 @@ def test_the_far_end_of_a_jump_is_solved_once(seed: int, target: float, monkeypa
     for end in (state, state.beyond):
         assert end.solution.status.ok
         assert end.solution.residual <= 2 * settings.tolerance
-    assert state.totals.area_rep < target < state.beyond.totals.area_rep
+    assert state.area_rep < target < state.beyond.area_rep
     assert 0 < state.mean_gap - state.beyond.mean_gap <= RESOLUTION * heights.std()
     assert state.beyond.mean_gap == pytest.approx(tried[-1], abs=1e-9)
     assert abs(tried[-1] - tried[-2]) > 1e-9
@@ -145,13 +145,13 @@ def test_a_path_goes_on_beyond_a_jump(seed: int, target: float) -> None:
     over, state = follow(problem, "repulsive-area", [0.006, target], settings, search=search)
     assert over.outcome is Outcome.JUMPED_OVER
     assert over.beyond is not None
-    assert over.beyond.totals.area_rep < state.require().totals.area_rep
+    assert over.beyond.area_rep < state.require().area_rep
     assert state.mean_gap < over.beyond.mean_gap
     pairs = [each.search_pairs + each.solution.fft_pairs for each in (over, state)]
     assert pairs[0] < 800
     assert pairs[1] < 300
     strictly = solve(problem, "mean-gap", state.mean_gap, replace(settings, warm_grids=0), over.gap).require()
-    assert strictly.totals.area_rep == pytest.approx(state.totals.area_rep, rel=0.01)
+    assert strictly.area_rep == pytest.approx(state.area_rep, rel=0.01)
 
 
 @pytest.mark.parametrize("target", [0.7, 0.9, 0.99, 0.999, 0.9999])
@@ -161,18 +161,18 @@ def test_a_hard_contact_is_found_up_to_the_last_point(shape: tuple[int, int], ta
     heights = SelfAffine(0.5, 0.1, 8, 32).synthesise(Grid(shape, shape), np.random.default_rng(4))
     problem = ContactProblem(Grid(shape, shape), HardWall(), heights, HalfSpace())
     found = solve(problem, "repulsive-area", target, Settings(1e-7)).require()
-    assert abs(found.totals.area_rep - target) <= max(0.01 * (1 - target), 0.5 / heights.size) * (1 + 1e-9)
+    assert abs(found.area_rep - target) <= max(0.01 * (1 - target), 0.5 / heights.size) * (1 + 1e-9)
     assert found.search_pairs + found.solution.fft_pairs < 500
     # The same state under its pressure, whatever it was found by.
     again = solve(problem, "mean-pressure", found.load, Settings(1e-7)).require()
-    assert again.totals.area_rep == pytest.approx(found.totals.area_rep, abs=2 / heights.size)
+    assert again.area_rep == pytest.approx(found.area_rep, abs=2 / heights.size)
 
 
 def test_full_contact_begins_at_the_largest_tension_of_the_flat_surface() -> None:
     problem = Rough(48, hard=True).problem()
     full = pressure_of_full_contact(problem)
     below, above = (solve(problem, "mean-pressure", part * full, Settings(1e-9)).require() for part in (0.999, 1.001))
-    assert below.totals.area_rep < 1 == above.totals.area_rep
+    assert below.area_rep < 1 == above.area_rep
     assert above.traction.min() == pytest.approx(0.001 * full, rel=1e-4)
 
 
@@ -187,8 +187,8 @@ def test_any_large_area_is_met_or_jumped_over(seed: int, shape: tuple[int, int],
     target = min(part, 1 - 1e-12)
     found = solve(problem, "repulsive-area", target, Settings(1e-8))
     # Points of an arbitrary surface close in any number at a time; a count between is met to half of one.
-    missed = abs(found.totals.area_rep - target)
+    missed = abs(found.area_rep - target)
     assert found.status.ok == (missed <= max(0.01 * (1 - target), 0.5 / heights.size) * (1 + 1e-9))
     assert found.status.ok or found.outcome is Outcome.JUMPED_OVER
     if found.beyond is not None:
-        assert found.totals.area_rep < target < found.beyond.totals.area_rep
+        assert found.area_rep < target < found.beyond.area_rep

@@ -40,8 +40,7 @@ from continuum.model.walls import (
     Wall,
     attraction_on_core,
 )
-from continuum.path.derivative import Tangent
-from continuum.path.gradient import Given, Number, gradient, least_load, threshold_gradient
+from continuum.path.gradient import Given, Number, Tangent, gradient, least_load, threshold_gradient
 from continuum.path.loading import solve
 from continuum.path.state import Control, PathState, height, nearness
 from continuum.path.threshold_search import WallOfWork
@@ -252,7 +251,7 @@ def test_the_least_load_changes_as_the_load_there_at_a_given_gap(
 )  # fmt: skip
 def test_under_a_hard_wall_the_contact_follows(substrate: str, grid: Grid, hardness: float) -> None:
     here = Place(lambda work: HardWall(hardness), SUBSTRATES[substrate](grid), grid)
-    assert 0.02 < here.state.totals.area_rep < 0.9
+    assert 0.02 < here.state.area_rep < 0.9
     assert (here.state.gap.min() < 0) == np.isfinite(hardness)
     load = here.tangent.load
     seen = difference(lambda step: here.solved(step, step)[1].load)
@@ -344,7 +343,7 @@ def test_a_threshold_has_the_gradient_that_a_search_on_a_rougher_surface_confirm
     by_its_old_name = as_it_is.state.gradient("turn", wall=wall)  # type: ignore[arg-type]
     np.testing.assert_array_equal(by_its_old_name, as_it_is.gradient())
     snapped = as_it_is.bracket._replace(kind="jump-in")
-    state = replace(as_it_is.state, found=replace(as_it_is.state.found, events=(snapped,)))
+    state = replace(as_it_is.state, events=(snapped,))
     with pytest.raises(NotConvergedError, match="jumps over zero"):
         replace(as_it_is, state=state).gradient()
 

@@ -79,7 +79,7 @@ def test_a_tension_is_held_up_to_pull_off_and_not_beyond(wall: Wall) -> None:
     assert [s.status.ok for s in states] == [True, True, True, False, False, True]
     off, further = states[3], states[4]
     assert off.status is further.status is Outcome.PULLED_OFF
-    assert off.totals.area_rep == off.load == 0
+    assert off.area_rep == off.load == 0
     assert np.isposinf(off.mean_gap)
     assert further.search_solves == 0
     *_, event = off.events
@@ -115,9 +115,9 @@ def test_an_area_is_met_or_said_to_be_jumped_over(seed: int, length: float, targ
     for state in states:
         assert state.solution.status.ok
         if state.status.ok:
-            assert abs(state.totals.area_rep - state.target) <= allowed
+            assert abs(state.area_rep - state.target) <= allowed
             alone = solve(problem, "mean-gap", state.mean_gap, Settings(1e-7), state.gap)
-            assert abs(alone.totals.area_rep - state.totals.area_rep) <= 1 / problem.grid.size
+            assert abs(alone.area_rep - state.area_rep) <= 1 / problem.grid.size
         else:
             assert state.status is Outcome.JUMPED_OVER
             assert state.beyond is not None
@@ -125,15 +125,15 @@ def test_an_area_is_met_or_said_to_be_jumped_over(seed: int, length: float, targ
             sides = sorted([event.before.area_rep, event.after.area_rep])
             assert sides[0] < state.target < sides[1]
             assert abs(event.before.mean_gap - event.after.mean_gap) <= RESOLUTION * problem.heights.std()
-            assert state.totals.area_rep == event.before.area_rep
-            assert state.beyond.totals.area_rep == event.after.area_rep
+            assert state.area_rep == event.before.area_rep
+            assert state.beyond.area_rep == event.after.area_rep
 
 
 def test_a_search_begins_on_coarser_grids_and_says_what_it_took() -> None:
     problem = rough(256, LennardJonesSpline(0.3464))
     state = solve(problem, "repulsive-area", 0.03, Settings(1e-7))
     assert state.status.ok
-    assert state.totals.area_rep == pytest.approx(0.03, rel=0.01)
+    assert state.area_rep == pytest.approx(0.03, rel=0.01)
     assert state.search_solves > 3
     # The grids of 128 and 64 points a side do most of it; in all it is a few solves of the fine grid.
     cold = solve(problem, "mean-gap", state.mean_gap, Settings(1e-7)).solution.fft_pairs
@@ -157,21 +157,19 @@ def test_an_area_is_reached_there_and_back_under_every_wall(wall: Wall) -> None:
     problem = rough(96, wall)
     gaps = [wall.zero_gap + gap for gap in (0.9, 0.6, 0.45, 0.7)]
     path = list(follow(problem, "mean-gap", gaps, Settings(1e-7)))
-    areas = [state.totals.area_rep for state in path]
+    areas = [state.area_rep for state in path]
     found = list(follow(problem, "repulsive-area", areas, Settings(1e-7)))
     assert [state.branch for state in found] == ["start", "approach", "approach", "retract"]
     for one, other in zip(found, path, strict=True):
         assert one.status.ok
         # 1 % of the area, which may be just 7 of 700 points; where it grows by e in about 0.5 a0, that is 0.005 a0, and
         # twice that with half a point.
-        assert one.totals.area_rep == pytest.approx(
-            other.totals.area_rep, rel=0.01 * (1 + 1e-9), abs=0.5 / problem.grid.size
-        )
+        assert one.area_rep == pytest.approx(other.area_rep, rel=0.01 * (1 + 1e-9), abs=0.5 / problem.grid.size)
         assert one.mean_gap == pytest.approx(other.mean_gap, abs=0.01)
     loads = [state.load for state in path if state.load > 0]
     for state in follow(problem, "mean-pressure", loads, Settings(1e-8)):
         near = min(path, key=lambda other: abs(other.load - state.target))
-        assert state.totals.area_rep == pytest.approx(near.totals.area_rep, abs=1.5 / problem.grid.size)
+        assert state.area_rep == pytest.approx(near.area_rep, abs=1.5 / problem.grid.size)
         assert state.mean_gap == pytest.approx(near.mean_gap, abs=1e-4)
 
 
@@ -179,7 +177,7 @@ def test_under_a_hard_wall_no_load_is_a_touch_and_tension_is_none() -> None:
     problem = rough(64, HardWall())
     touch, pull = follow(problem, "mean-pressure", [0.0, -1e-6], TIGHT)
     assert touch.status.ok
-    assert touch.totals.area_rep == touch.load == 0
+    assert touch.area_rep == touch.load == 0
     np.testing.assert_allclose(touch.gap, problem.heights - problem.heights.min(), atol=1e-300)
     assert pull.status is Outcome.PULLED_OFF
 
@@ -233,7 +231,7 @@ def test_flats_on_stiff_springs_do_not_snap() -> None:
     # Largest softening 1/6.  The repulsive area passes from 0 to 1 at once as the gap passes a0: no jump.
     search = Search(event_resolution=1e-3, event_threshold=0.05)
     states = list(follow(flat(0.2), "separation", [1.5, 0.9, 1.5], TIGHT, (), search))
-    assert [state.totals.area_rep for state in states] == [0, 1, 0]
+    assert [state.area_rep for state in states] == [0, 1, 0]
     assert not jumps(states)
 
 
@@ -513,4 +511,4 @@ def test_a_rough_tolerance_on_many_grids_still_finds_the_area() -> None:
     problem = ContactProblem(grid, LennardJonesSpline(0.0), heights, HalfSpace("clamped"))
     state = solve(problem, "repulsive-area", 0.02, Settings(1e-7), search=Search(area_tolerance=0.3))
     assert state.status.ok
-    assert state.totals.area_rep == pytest.approx(0.02, rel=0.3)
+    assert state.area_rep == pytest.approx(0.02, rel=0.3)

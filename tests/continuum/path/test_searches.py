@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import continuum as c
-from continuum.measure.contact import Totals
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
@@ -18,7 +17,7 @@ from continuum.model.surfaces import sine
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.path.equilibrium import equilibrium
 from continuum.path.loading import follow, solve
-from continuum.path.state import NOT_LOOKED, Control, Outcome, PathState, Search, not_looked_at
+from continuum.path.state import NOT_LOOKED, Control, Outcome, PathState, Search, gone, not_looked_at
 from continuum.solve.solution import Settings
 from tests.problems import Rough
 
@@ -47,8 +46,8 @@ def test_a_large_area_is_found_at_the_price_of_a_few_solves(wall: Wall, target: 
     found = solve(problem, "repulsive-area", target, SETTINGS).require()
     alone = solve(problem, "mean-gap", found.mean_gap, SETTINGS).require()
     assert pairs(found) <= 4.5 * alone.solution.fft_pairs
-    assert abs(found.totals.area_rep - target) <= 0.01 * (1 - target) * (1 + 1e-9)
-    assert alone.totals.area_rep == pytest.approx(found.totals.area_rep, abs=1.5 / grid.size)
+    assert abs(found.area_rep - target) <= 0.01 * (1 - target) * (1 + 1e-9)
+    assert alone.area_rep == pytest.approx(found.area_rep, abs=1.5 / grid.size)
     if target == 0.99 and wall.law is not None:
         assert found.mean_gap < wall.zero_gap
 
@@ -59,7 +58,7 @@ def test_a_large_area_of_a_wall_that_yields_lies_below_its_hardness() -> None:
     for target in (0.6, 0.9):
         found = solve(problem, "repulsive-area", target, SETTINGS, search=Search(0.05)).require()
         assert found.load < 0.08
-        assert abs(found.totals.area_rep - target) <= 0.05 * (1 - target) * (1 + 1e-9)
+        assert abs(found.area_rep - target) <= 0.05 * (1 - target) * (1 + 1e-9)
 
 
 def test_a_jump_on_a_line_costs_some_times_its_far_end() -> None:
@@ -75,15 +74,15 @@ def test_a_jump_on_a_line_costs_some_times_its_far_end() -> None:
     assert found.outcome is Outcome.JUMPED_OVER
     beyond = found.beyond
     assert beyond is not None
-    assert found.totals.area_rep < 0.05 < beyond.totals.area_rep
+    assert found.area_rep < 0.05 < beyond.area_rep
     assert 0 < found.mean_gap - beyond.mean_gap <= 1e-3 * heights.std()
     assert max(found.solution.residual, beyond.solution.residual) <= 2 * settings.tolerance
     assert pairs(found) < 9 * beyond.solution.fft_pairs
     strictly = Settings(3e-8, warm_grids=0)
     held = solve(problem, "mean-gap", found.mean_gap, strictly, found.gap).require()
-    assert held.totals.area_rep == found.totals.area_rep
+    assert held.area_rep == found.area_rep
     over = solve(problem, "mean-gap", beyond.mean_gap, strictly, found.gap).require()
-    assert over.totals.area_rep == pytest.approx(beyond.totals.area_rep, abs=1.5 / grid.size)
+    assert over.area_rep == pytest.approx(beyond.area_rep, abs=1.5 / grid.size)
 
 
 def test_a_way_of_jumps_finds_those_of_short_steps_in_fewer_solves(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,7 +93,7 @@ def test_a_way_of_jumps_finds_those_of_short_steps_in_fewer_solves(monkeypatch: 
         tried.append(round(target, 9))
         return equilibrium(problem, control, target, *given)
 
-    monkeypatch.setattr("continuum.path.walk.equilibrium", watched)
+    monkeypatch.setattr("continuum.path.loading.equilibrium", watched)
     grid = Grid((64, 8), (64.0, 8.0))
     problem = ContactProblem(
         grid, LennardJonesSpline(adhesion_length=0.05), sine(grid, 1.0, (1, 0)), HalfSpace("clamped")
@@ -104,7 +103,7 @@ def test_a_way_of_jumps_finds_those_of_short_steps_in_fewer_solves(monkeypatch: 
     states = list(follow(problem, "mean-gap", [3.2, 2.9, 3.3], Settings(1e-8), (), search))
     events = [event for state in states for event in state.events]
     assert [event.kind for event in events] == ["jump-in", "pull-off"]
-    assert len(tried) == sum(state.search_solves + 1 for state in states[1:])
+    assert len(tried) == sum(state.search_solves + 1 for state in states)
     assert len(tried) < most
     for event, at in zip(events, (2.9, 3.3), strict=True):
         # Short steps from before the bracket through it: one jump, inside, by as much.
@@ -133,9 +132,9 @@ def test_a_way_back_in_long_steps_says_what_was_not_looked_at(
 
 
 def test_only_long_steps_back_that_were_not_looked_at_are_said() -> None:
-    nothing = Totals(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-    totals = replace(nothing, area_rep=0.1, area_att=0.2)
-    points = [("retract", totals, False), ("retract", totals, False), ("retract", nothing, True),
-              ("approach", totals, False), ("retract", nothing, False)]  # fmt: skip
+    apart = gone(Rough(32, lambda_s=8.0).problem(), 0.0, "retract")
+    touching = replace(apart, area_rep=0.1, area_att=0.2)
+    points = [(touching, False), (touching, False), (apart, True), (replace(touching, branch="approach"), False),
+              (apart, False)]  # fmt: skip
     assert not_looked_at(points, 0.01) == [False, False, False, False, True]
     assert not_looked_at([], 0.01) == []

@@ -21,7 +21,7 @@ from continuum.model.surface import SelfAffine
 from continuum.model.surfaces import CylinderSurface, sphere
 from continuum.model.walls import HardWall, InversePowers, LennardJonesSpline, attraction_on_core
 from continuum.path import threshold
-from continuum.path.derivative import Tangent
+from continuum.path.gradient import Tangent
 from continuum.path.loading import solve
 from continuum.path.threshold import PressedState, _Core, core_stiffness, press_without_adhesion
 from continuum.path.threshold_search import WallOfWork

@@ -87,8 +87,8 @@ def test_a_threshold_costs_a_few_points_at_its_area() -> None:
     ratios = []
     for seed in (1, 2, 3):
         searched = found(seed)
-        at = searched.state.found
-        one = searched.state.contact.press(area=0.04).require().found
+        at = searched.state
+        one = searched.state.contact.press(area=0.04).require()
         own = one.solution.fft_pairs + one.search_pairs
         ratios.append((at.search_pairs + at.solution.fft_pairs) / own)
     assert np.median(ratios) <= 6  # the goal; 2 to 3 were seen

@@ -14,7 +14,7 @@ from continuum.cli import main
 from continuum.files.inputs import load
 from continuum.measure.curve import Curve, adhesion, normal_stiffness
 from continuum.runs.config import RunConfig
-from continuum.runs.result import Result, analyse_run
+from continuum.runs.result import Result
 from continuum.runs.run import follow_run
 from continuum.theory import paper
 
@@ -86,7 +86,7 @@ def test_curves_scale_with_their_units(loads: list[float], length: float, pressu
 def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> None:
     result = tmp_path / "small.h5"
     summary = follow_run(load(small, RunConfig), result)
-    found = analyse_run(Result.read(result))
+    found = Result.read(result).analyse()
     assert not found.notes
     assert len(found.points) == len(summary.points) == 5
     for point, step in zip(found.points, summary.points, strict=True):
@@ -124,7 +124,7 @@ def test_a_run_without_fields_says_what_to_do(small: Path, tmp_path: Path, capsy
     follow_run(load(small, RunConfig), tmp_path / "small.h5")
     assert main(["analyse", str(tmp_path / "small.h5")]) == 0
     assert "set fields = true in [output]" in capsys.readouterr().out
-    assert all(point.fields is None for point in analyse_run(Result.read(tmp_path / "small.h5")).points)
+    assert all(point.fields is None for point in Result.read(tmp_path / "small.h5").analyse().points)
 
 
 def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tmp_path: Path) -> None:
@@ -137,7 +137,7 @@ def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tm
         follow_run(load(small, RunConfig), tmp_path / f"{name}.h5")
         if name == "table":
             (tmp_path / "wall.txt").unlink()
-        found = analyse_run(Result.read(tmp_path / f"{name}.h5"))
+        found = Result.read(tmp_path / f"{name}.h5").analyse()
         assert any("no distribution of pressures" in note for note in found.notes) == (name == "hard")
         for point in found.points:
             assert point.fields is not None
@@ -147,7 +147,7 @@ def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tm
 
 def test_a_point_whose_work_was_searched_for_is_measured_under_its_own_wall(small: Path, tmp_path: Path) -> None:
     loading = {"control": "repulsive-area", "targets": [0.04], "threshold": 0.1}
-    found = analyse_run(follow_run(load(small, RunConfig, {"loading": loading}), tmp_path / "small.h5"))
+    found = follow_run(load(small, RunConfig, {"loading": loading}), tmp_path / "small.h5").analyse()
     (point,) = found.points
     assert point.point.work_of_adhesion != found.result.wall.work_of_adhesion
     assert point.fields is not None
@@ -157,7 +157,7 @@ def test_a_point_whose_work_was_searched_for_is_measured_under_its_own_wall(smal
 def test_points_that_failed_are_left_out(small: Path, tmp_path: Path) -> None:
     small.write_text(small.read_text() + "\n[solver]\nmax_iterations = 2\n")
     follow_run(load(small, RunConfig), tmp_path / "small.h5")
-    found = analyse_run(Result.read(tmp_path / "small.h5"))
+    found = Result.read(tmp_path / "small.h5").analyse()
     assert any("did not converge" in note for note in found.notes)
     assert len(found.points) < 5
     assert dataclasses.is_dataclass(found)

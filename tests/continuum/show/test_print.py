@@ -15,7 +15,6 @@ from PIL import Image
 import continuum
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
-from continuum.runs.result import analyse_run
 from continuum.show import plot
 from continuum.show.prediction_figures import fault_figure, overview
 from continuum.show.run_figures import draw_analysis, draw_run, map_figure
@@ -30,7 +29,7 @@ from tests.printed import faults_in_print
 def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figure], print_quality: float) -> None:
     result = continuum.run(small)
     draw_run(result)
-    draw_analysis(analyse_run(result))
+    draw_analysis(result.analyse())
     names = ("contact", "area-and-load", "patches", "sizes", "gap-profile", "distributions")
     assert {name: faults_in_print(figure) for name, figure in drawn.items()} == {f"small-{n}": [] for n in names}
     with Image.open(BytesIO(plot.image_bytes(drawn["small-sizes"]))) as image:

@@ -75,8 +75,8 @@ def test_a_solve_that_stalls_takes_half_the_iterations_to_the_same_contact() -> 
             assert np.sqrt(np.mean((gradient - gradient.mean()) ** 2)) < 2 * 3e-6
             iterations[boxes] += state.solution.iterations
         # Rims may rest a point farther on: 1 % of the area.
-        assert found[True].totals.area_rep == pytest.approx(found[False].totals.area_rep, rel=0.01)
-        assert found[True].load == pytest.approx(found[False].load, abs=0.02 * found[False].totals.load_rep)
+        assert found[True].area_rep == pytest.approx(found[False].area_rep, rel=0.01)
+        assert found[True].load == pytest.approx(found[False].load, abs=0.02 * found[False].load_rep)
     assert iterations[True] < 0.6 * iterations[False]  # 88 and 175 were seen
 
 
@@ -98,7 +98,7 @@ def test_what_snaps_far_from_equilibrium_is_carried_over_by_coarser_grids(
     problem = replace(Rough(256).problem(LennardJonesSpline(adhesion_length=0.05)), heights=surface)
     settings, jump = Settings(1e-6), {1: 3.49, 2: 3.30, 3: 3.16}[seed]
     before = equilibrium(problem, "mean-gap", jump + 0.03, settings)
-    assert before.totals.area_rep < 0.002
+    assert before.area_rep < 0.002
 
     def beyond() -> PathState:
         state = equilibrium(problem, "mean-gap", jump - 0.1, replace(settings, warm_grids=0), before.gap)
@@ -106,7 +106,7 @@ def test_what_snaps_far_from_equilibrium_is_carried_over_by_coarser_grids(
         return state
 
     carried = beyond()
-    assert carried.totals.area_rep > 0.009
+    assert carried.area_rep > 0.009
     monkeypatch.setattr(SmoothGrid, "hand_down", lambda grid: False)
     alone = beyond()
     assert carried.solution.iterations < 0.6 * alone.solution.iterations

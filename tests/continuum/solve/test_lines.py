@@ -40,7 +40,7 @@ def test_a_line_is_a_strip(wall: Wall, n: int) -> None:
         found.append(solve(problem, "mean-pressure", 0.005, fixed if start is not None else settings, start).require())
     for other in found[1:]:
         np.testing.assert_allclose(other.traction[:1], found[0].traction, atol=1e-6)  # 1e-9 over all, and more at edges
-        assert other.totals.area_rep == found[0].totals.area_rep
+        assert other.area_rep == found[0].area_rep
 
 
 @pytest.mark.parametrize("part", [0.1, 0.5, 0.9])
@@ -52,7 +52,7 @@ def test_westergaards_wave(part: float) -> None:
     problem = ContactProblem(grid, c.HardWall(), heights, c.HalfSpace())
     found = solve(problem, "mean-pressure", wave.mean_pressure, Settings(1e-8)).require()
     # The edge is known to a point; the pressure ends as a square root, an rms error of one spacing.
-    assert found.totals.area_rep * wavelength / 2 == pytest.approx(wave.half_width, abs=grid.spacing[1])
+    assert found.area_rep * wavelength / 2 == pytest.approx(wave.half_width, abs=grid.spacing[1])
     x = np.minimum(grid.positions[1], wavelength - grid.positions[1])
     assert np.sqrt(np.mean((found.traction - wave.pressure(x)) ** 2)) < 0.5 * 0.1 * n**-1 * 10
 
@@ -68,7 +68,7 @@ def test_johnsons_adhesive_wave(wavelength: int) -> None:
     # Steps shorter than the range of the attraction, which a longer one would leave at once.
     steps = np.linspace(1.0, 1.45, 46)
     states = contact.path(mean_gap=list(1 + wave.amplitude * steps))
-    assert all(state.found.status.ok for state in states)
+    assert all(state.converged for state in states)
     assert -min(state.load for state in states) == pytest.approx(wave.pull_off_pressure, rel=6 / wavelength)
 
 
@@ -103,7 +103,7 @@ def test_the_power_of_a_line_gives_its_hurst_exponent() -> None:
 
 def test_a_path_with_adhesion_and_what_there_is_not() -> None:
     contact = c.Contact(rough(256), c.LennardJonesSpline(adhesion_length=0.002))
-    assert all(state.found.status.ok for state in contact.path(mean_gap=[2.0, 1.6, 1.4, 1.6, 2.0]))
+    assert all(state.converged for state in contact.path(mean_gap=[2.0, 1.6, 1.4, 1.6, 2.0]))
     state = contact.press(area=0.05).require()
     assert state.area_rep == pytest.approx(0.05, abs=0.5 / 256)
     assert state.stability().eigenvalue > 0

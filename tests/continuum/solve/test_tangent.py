@@ -47,7 +47,7 @@ def test_rough_surfaces_against_dense_algebra_and_against_loads_beside(adhesion_
     )
     exact = np.linalg.solve(bordered, np.append(np.zeros(gap.size), 1.0))[-1]
     assert found == pytest.approx(exact, rel=1e-5, abs=1e-9)
-    low, high = (solve(problem, "mean-gap", at + step, SETTINGS, start=gap).totals.load for step in (-beside, beside))
+    low, high = (solve(problem, "mean-gap", at + step, SETTINGS, start=gap).load for step in (-beside, beside))
     assert found == pytest.approx((low - high) / (2 * beside), rel=2e-3)
 
 

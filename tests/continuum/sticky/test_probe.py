@@ -94,7 +94,7 @@ def test_the_solver_gains_less_than_the_rim_where_the_surface_is_not_sticky(shar
     states = follow(problem, "separation", list(separations), Settings(1e-7), search=Search(0.01))
     energies = [
         problem.elastic_energy(state.gap) + grid.mean(wall.energy(state.gap))
-        for state in takewhile(lambda state: state.totals.area_rep < 0.01, states)
+        for state in takewhile(lambda state: state.area_rep < 0.01, states)
     ]
     assert len(energies) > 5
     for touched in (searched.area_rep + searched.area_att, found.area_rep + found.area_att):
