@@ -29,7 +29,7 @@ PROGRAMS = [(continuum.cli.main, continuum.cli.app), (atomistic.cli.main, atomis
 
 @pytest.mark.parametrize(("main", "app"), PROGRAMS)
 def test_the_version_is_that_of_all_that_the_numbers_depend_on(
-    main: Main, app: App, capsys: pytest.CaptureFixture[str]
+    main: Main, app: App, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["--version"]) == 0
     said = capsys.readouterr().out.splitlines()
@@ -37,8 +37,11 @@ def test_the_version_is_that_of_all_that_the_numbers_depend_on(
     assert f"NumPy {np.__version__}" in said
     assert [line.split()[0] for line in said[1:4]] == ["Python", "NumPy", "LAMMPS"]
     assert [line.split(":")[0] for line in said[4:]] == ["device cpu", "device torch", "device cupy", "device jax"]
+    monkeypatch.setenv("COLUMNS", "100")
     assert main(["--help"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
+    out = capsys.readouterr().out
+    assert len(out.splitlines()) <= 45, "it fits on a screen"
+    said = " ".join(out.split())
     for code, meaning in EXIT_CODES.items():
         assert f"{code}: {meaning}" in said
 
@@ -110,6 +113,16 @@ def test_a_wrong_command_line_is_one_message(words: list[str], said: str, capsys
         continuum.cli.main(words)
     assert end.value.code == 2
     assert said in "".join(capsys.readouterr())
+
+
+def test_several_keys_are_set_and_the_others_stay(capsys: pytest.CaptureFixture[str]) -> None:
+    def checked(*keys: str) -> str:
+        assert continuum.cli.main(["check", "inputs/smoke/path.toml", *(f"--set={key}" for key in keys)]) == 0
+        return re.sub(r".*core-seconds.*", "", capsys.readouterr().out)
+
+    both = checked("surface.seed=3", "wall.adhesion_length=0.01")
+    assert len({both, checked("surface.seed=3"), checked("wall.adhesion_length=0.01"), checked()}) == 4
+    assert both == checked("surface.seed=4", "wall.adhesion_length=0.01", "surface.seed=3")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

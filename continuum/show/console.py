@@ -10,7 +10,7 @@ import sys
 import time
 import traceback
 import unicodedata
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, Literal, NoReturn
@@ -25,7 +25,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from continuum.errors import BAD_INPUT, NOT_CONVERGED, StickinessError, shortened
+from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, StickinessError, shortened
 from continuum.sheet import Sheet
 
 Voice = Literal["quiet", "normal", "verbose"]
@@ -191,6 +191,16 @@ def show(sheet: Sheet) -> None:
     for row in sheet.cells:
         table.add_row(*row)
     _console.print(table)
+
+
+def report(*sheets: Sheet, warnings: Sequence[str] = (), lines: Iterable[object] = (), ok: bool = True) -> int:
+    """Print what a command has found, sheets first; returns its exit code."""
+    for sheet in sheets:
+        show(sheet)
+    warn(warnings)
+    for line in lines:
+        sys.stdout.write(f"{line}\n")
+    return OK if ok else NOT_CONVERGED
 
 
 def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "normal") -> int:
