@@ -1,9 +1,8 @@
 """The commands of ``continuum`` on measured maps, and the page: what they import is more than a run needs."""
 
-import inspect
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -64,7 +63,7 @@ def predict(
     if csv is not None:
         return _predict_each(maps, csv, solve, threads, given)
     began = time.monotonic()
-    found = _predicted(maps, given, tell)
+    found = predictions.unsolved(maps, given, tell)
     # Checked before hours of work, but after the input.
     files.folder(output)
     if json is not None:
@@ -81,16 +80,6 @@ def predict(
     return report(lines=[f"Figures, tables and {len(found.doubts)} remarks: {page}", *written], ok=not missed)
 
 
-def _predicted(
-    maps: Sequence[Path], given: dict[str, Any], told: Callable[[str], None] = lambda text: None
-) -> predictions.Prediction:
-    try:
-        return predictions.unsolved(maps, given, told)
-    except (TopographyError, InterfaceError) as error:
-        known = inspect.signature(predictions.predict).parameters
-        raise type(error)(as_options(str(error), known)) from error
-
-
 def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: int, given: dict[str, Any]) -> int:
     """Write a table: each file is a contact of its own, and one that cannot be used has the reason in its row.
 
@@ -105,12 +94,12 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
     for path, part in _contacts(maps, given):
         named = {"map": str(path)} if part is None else {"map": str(path), "part": part}
         try:
-            found = _predicted([path], given if part is None else given | {"part": [part]})
+            found = predictions.unsolved([path], given if part is None else given | {"part": [part]})
             found = found.solved(threads, bool(solve))
         except InterfaceError:
             raise  # the same for all
         except InputError as error:
-            rows.append({**named, "error": str(error)})
+            rows.append({**named, "error": as_options(str(error), OPTIONS)})
         else:
             rows.append({**found.row(), **named})
         print(f"{': '.join(named.values())}: {rows[-1].get('verdict') or rows[-1]['error']}", flush=True)
@@ -128,14 +117,10 @@ def _study(
         also = f"with {beside[0]}" if beside else f"beside {len(maps) - 1} more"
         raise InputError(f"{maps[0]}: a folder is a whole study, and cannot be used {also}")
     folder = maps[0]
-    try:
-        found = studies.study(
-            folder, pattern=pattern, without=output, **given,
-            progress=lambda spot: tell(f"{spot.sample}, spot {spot.name}: {spot.answer or spot.error}"),
-        )  # fmt: skip
-    except InputError as error:
-        known = {*inspect.signature(predictions.predict).parameters, "pattern"}
-        raise type(error)(as_options(str(error), known)) from error
+    found = studies.study(
+        folder, pattern=pattern, without=output, **given,
+        progress=lambda spot: tell(f"{spot.sample}, spot {spot.name}: {spot.answer or spot.error}"),
+    )  # fmt: skip
     files.folder(output)
     report(lines=[f"{study_sentence(found)}.", *(f"warning: {doubt}" for doubt in study_doubts(found))])
     report(*found.sheets())

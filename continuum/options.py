@@ -155,11 +155,11 @@ def _check_environment() -> None:
 
 
 def as_options(message: str, known: Container[str]) -> str:
-    """Replace arguments in backticks by the options of the command in a message."""
+    """Replace arguments in backticks by the options of a command in a message."""
 
     def option(found: re.Match[str]) -> str:
-        name = "estar" if found[1] == "contact_modulus" else found[1]
-        return f"--{name.replace('_', '-')}" if found[1] in known else found[0]
+        given = OPTIONS.get(found[1], Parameter()).name or [f"--{found[1].replace('_', '-')}"]
+        return next(iter(given)) if found[1] in known else found[0]
 
     return re.sub(r"`(\w+)`", option, message)
 
@@ -201,7 +201,8 @@ def like(
                 from continuum.show.plot import written_as
 
                 ready = written_as(formats)(ready)
-            return exit_code(ready, hint, voice)
+            known = [name for name, one in signature.parameters.items() if one.kind is one.KEYWORD_ONLY]
+            return exit_code(ready, hint, voice, partial(as_options, known=known))
 
         vars(called)["__signature__"] = signature
         called.__doc__ = command.__doc__ or inspect.cleandoc(work.__doc__ or "").partition("\n\nParameters")[0]

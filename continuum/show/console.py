@@ -203,7 +203,9 @@ def report(*sheets: Sheet, warnings: Sequence[str] = (), lines: Iterable[object]
     return OK if ok else NOT_CONVERGED
 
 
-def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "normal") -> int:
+def exit_code(
+    command: Callable[[], int], advice: str = "", voice: Voice = "normal", said: Callable[[str], str] = str
+) -> int:
     """Run a command of either program, and print one message if it fails.
 
     Parameters
@@ -211,6 +213,7 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
     command : returns its exit code.
     advice : text added to the message if the work itself failed.
     voice : amount of output.
+    said : what a message is on a command line.
     """
     _three_streams()
     _voice.set(voice)
@@ -219,7 +222,8 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
             code = command()
             sys.stdout.flush()
     except StickinessError as error:
-        return _complain(error if error.exit_code == BAD_INPUT else f"{error}\n{advice}".rstrip(), error.exit_code)
+        text = said(str(error))
+        return _complain(text if error.exit_code == BAD_INPUT else f"{text}\n{advice}".rstrip(), error.exit_code)
     except OSError as error:
         if isinstance(error, BrokenPipeError) or (error.errno == errno.EIO and error.filename is None):
             # The reader, such as `head`, has seen enough, or the terminal is gone.  Nothing more can be said to it, not
