@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import atomistic.cli
+import continuum
 import continuum.cli
 from continuum.errors import EXIT_CODES
 from tests.problems import SMALL
@@ -115,14 +116,19 @@ def test_a_wrong_command_line_is_one_message(words: list[str], said: str, capsys
     assert said in "".join(capsys.readouterr())
 
 
-def test_several_keys_are_set_and_the_others_stay(capsys: pytest.CaptureFixture[str]) -> None:
-    def checked(*keys: str) -> str:
-        assert continuum.cli.main(["check", "inputs/smoke/path.toml", *(f"--set={key}" for key in keys)]) == 0
-        return re.sub(r".*core-seconds.*", "", capsys.readouterr().out)
-
-    both = checked("surface.seed=3", "wall.adhesion_length=0.01")
-    assert len({both, checked("surface.seed=3"), checked("wall.adhesion_length=0.01"), checked()}) == 4
-    assert both == checked("surface.seed=4", "wall.adhesion_length=0.01", "surface.seed=3")
+def test_options_that_are_no_arguments_as_they_stand_mean_what_the_function_takes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Several keys, several lines, memory in GB: the last of two values of one key counts."""
+    path = tmp_path / "many.toml"
+    path.write_text(f'{SMALL}[sweep.axes]\n"surface.hurst" = [0.8]\n')
+    words = "--set surface.seed=4 --set surface.rms_slope=0.2 --set surface.seed=3 --memory 4 --array 3 -j 2"
+    words += " --module gcc/13.2 --module mpi --line ulimit --line date"
+    assert continuum.cli.main(["sweep", "slurm", str(path), *words.split()]) == 0
+    keys = {"surface.seed": 3, "surface.rms_slope": 0.2}
+    lists = {"modules": ["gcc/13.2", "mpi"], "lines": ["ulimit", "date"]}
+    script = continuum.sweep_slurm(path, settings=keys, memory=4e9, shards=3, workers=2, **lists)
+    assert capsys.readouterr().out == script
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
