@@ -1,7 +1,6 @@
 """The commands of ``atomistic``: each calls the function of its name, shows what it returns, and says how it went."""
 
-from contextlib import ExitStack
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,7 +20,7 @@ from continuum.files.tables import Document, refuse
 from continuum.options import FIGURES
 from continuum.options import like as like_of
 from continuum.sheet import pairs
-from continuum.show.console import progress, report
+from continuum.show.console import progress, progress_of_known, report
 from continuum.tables import Fault
 
 like = partial(like_of, hint="Finished work is stored; `atomistic doctor` checks the LAMMPS of this machine.")
@@ -65,10 +64,8 @@ def deck(
 ) -> int:
     """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""
     engine.command_words(lmp_command, "--lmp-command")
-    with ExitStack() as bars:
-        # The bar appears only if a crystal has to be measured.
-        bar = cache(lambda total: bars.enter_context(progress(total, "measuring the crystal at its temperature, once")))
-        made = front.deck(file, progress=lambda done, total: bar(total)(done, ""))
+    with progress_of_known("measuring the crystal at its temperature, once") as measured:
+        made = front.deck(file, progress=measured)
     directory = made.write(output or Path("decks") / Path(file).stem, force=force)
     report(lines=[f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution"])
     report(lines=[f"wall     {made.crystal.about}"] if made.crystal is not None else [])

@@ -5,8 +5,6 @@ Those of maps are in :mod:`continuum.map_commands`: a run does not import what t
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
-from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -25,7 +23,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.runs.result import Result
 from continuum.sheet import Sheet
-from continuum.show.console import progress, report, warn
+from continuum.show.console import progress, progress_of_known, report, warn
 
 
 @like(front.check)
@@ -71,10 +69,8 @@ def _followed(result: Result, *sheets: Sheet) -> int:
 
 @like(certificates.certify)
 def certify(path: Path, **given: Any) -> int:
-    with ExitStack() as bars:
-        # How many files there are is known once the first is done.
-        bar = cache(lambda total: bars.enter_context(progress(total, path.stem)))
-        found = certificates.certify(path, progress=lambda done, total: bar(total)(done, "files"), **given)
+    with progress_of_known(path.stem, "files") as tell:
+        found = certificates.certify(path, progress=tell, **given)
     return report(*found.sheets(), warnings=found.faults, ok=found.ok)
 
 

@@ -13,6 +13,7 @@ import unicodedata
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cache
 from typing import Any, Literal, NoReturn
 
 from rich.console import Console
@@ -98,6 +99,17 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
         sys.stdout.flush()
 
     yield line
+
+
+@contextmanager
+def progress_of_known(title: str, text: str = "") -> Iterator[Callable[[int, int], None]]:
+    """Progress of work whose number of parts is known once the first is done: nothing is shown before.
+
+    Yields a function to be called with the number of finished parts and of all.
+    """
+    with contextlib.ExitStack() as bars:
+        bar = cache(lambda total: bars.enter_context(progress(total, title)))
+        yield lambda done, total: bar(total)(done, text)
 
 
 _OFTEN = 30.0
