@@ -42,9 +42,9 @@ def test_the_version_is_that_of_all_that_the_numbers_depend_on(
     assert main(["--help"]) == 0
     out = capsys.readouterr().out
     assert len(out.splitlines()) <= 45, "it fits on a screen"
-    said = " ".join(out.split())
+    text = " ".join(out.split())
     for code, meaning in EXIT_CODES.items():
-        assert f"{code}: {meaning}" in said
+        assert f"{code}: {meaning}" in text
 
 
 def test_quiet_says_what_came_of_it_and_verbose_where_it_failed(
@@ -125,9 +125,10 @@ def test_options_that_are_no_arguments_as_they_stand_mean_what_the_function_take
     words = "--set surface.seed=4 --set surface.rms_slope=0.2 --set surface.seed=3 --memory 4 --array 3 -j 2"
     words += " --module gcc/13.2 --module mpi --line ulimit --line date"
     assert continuum.cli.main(["sweep", "slurm", str(path), *words.split()]) == 0
-    keys = {"surface.seed": 3, "surface.rms_slope": 0.2}
-    lists = {"modules": ["gcc/13.2", "mpi"], "lines": ["ulimit", "date"]}
-    script = continuum.sweep_slurm(path, settings=keys, memory=4e9, shards=3, workers=2, **lists)
+    script = continuum.sweep_slurm(
+        path, settings={"surface.seed": 3, "surface.rms_slope": 0.2}, memory=4e9, shards=3, workers=2,
+        modules=["gcc/13.2", "mpi"], lines=["ulimit", "date"],
+    )  # fmt: skip
     assert capsys.readouterr().out == script
 
 

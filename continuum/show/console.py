@@ -216,7 +216,7 @@ def report(*sheets: Sheet, warnings: Sequence[str] = (), lines: Iterable[object]
 
 
 def exit_code(
-    command: Callable[[], int], advice: str = "", voice: Voice = "normal", said: Callable[[str], str] = str
+    command: Callable[[], int], advice: str = "", voice: Voice = "normal", worded: Callable[[str], str] = str
 ) -> int:
     """Run a command of either program, and print one message if it fails.
 
@@ -225,7 +225,7 @@ def exit_code(
     command : returns its exit code.
     advice : text added to the message if the work itself failed.
     voice : amount of output.
-    said : what a message is on a command line.
+    worded : what a message is on a command line.
     """
     _three_streams()
     _voice.set(voice)
@@ -234,7 +234,7 @@ def exit_code(
             code = command()
             sys.stdout.flush()
     except StickinessError as error:
-        text = said(str(error))
+        text = worded(str(error))
         return _complain(text if error.exit_code == BAD_INPUT else f"{text}\n{advice}".rstrip(), error.exit_code)
     except OSError as error:
         if isinstance(error, BrokenPipeError) or (error.errno == errno.EIO and error.filename is None):
