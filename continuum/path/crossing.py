@@ -48,7 +48,7 @@ class Bracket:
     def crossed(self) -> bool:
         """Whether the quantity crosses the value between the ends."""
         low, high = self.at_lower - self.crosses, self.at_upper - self.crosses
-        return low != high and min(low, high) <= 0 <= max(low, high)
+        return self.known and low != high and min(low, high) <= 0 <= max(low, high)
 
     @property
     def width(self) -> float:

@@ -82,3 +82,5 @@ def test_of_trials_in_the_wrong_order_the_older_one_is_no_end_and_nothing_is_kno
         assert not one.known
         assert not one.width <= math.inf
         assert not one.crossed
+    # On the value itself, too, nothing crosses before the other end is known.
+    assert not Bracket(1.0, 2.0, at_lower=0.0).crossed
