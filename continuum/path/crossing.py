@@ -42,7 +42,7 @@ class Bracket:
     @property
     def known(self) -> bool:
         """Whether the quantity is known at both ends."""
-        return not math.isnan(self.at_lower + self.at_upper)
+        return not (math.isnan(self.at_lower) or math.isnan(self.at_upper))
 
     @property
     def crossed(self) -> bool:
