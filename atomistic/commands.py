@@ -1,7 +1,6 @@
 """The commands of ``atomistic``: each calls the function of its name, shows what it returns, and says how it went."""
 
-from contextlib import ExitStack
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,15 +12,15 @@ from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder.comparison import paths_of
 from atomistic.lammps import engine
-from continuum.errors import NOT_CONVERGED, OK
+from continuum.errors import OK
 from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
 from continuum.files.reference import template
 from continuum.files.tables import Document, refuse
-from continuum.options import Formats
+from continuum.options import FIGURES
 from continuum.options import like as like_of
 from continuum.sheet import pairs
-from continuum.show.console import progress, show, warn
+from continuum.show.console import progress, progress_of_known, report
 from continuum.tables import Fault
 
 like = partial(like_of, hint="Finished work is stored; `atomistic doctor` checks the LAMMPS of this machine.")
@@ -34,34 +33,22 @@ Kind = Literal["validate", "deck"]
 
 
 @like(validation.validate)
-def validate(
-    file: str,
-    *,
-    decks: Annotated[Path | None, Parameter(name="--keep-decks")] = None,
-    lmp_command: str | None = None,
-    **given: Any,
-) -> int:
+def validate(file: str, *, lmp_command: str | None = None, **given: Any) -> int:
     engine.command_words(lmp_command, "--lmp-command")
     config = load(file, ValidateConfig)
     with progress(len(paths_of(config)), f"validate {Path(file).stem}") as tell:
         found = validation.validate(
-            config, decks=decks, lmp_command=lmp_command, progress=lambda text, done, _: tell(done, text), **given
+            config, lmp_command=lmp_command, progress=lambda text, done, _: tell(done, text), **given
         )
-    for sheet in found.sheets():
-        show(sheet)
+    report(*found.sheets())
     page, *figures = found.write()
-    print(f"result   {found.path}")
-    for figure in figures:
-        print(f"figure   {figure}")
-    print(f"report   {page}")
-    print(found.sentence)
-    return OK if found.holds else NOT_CONVERGED
+    lines = [f"result   {found.path}", *(f"figure   {figure}" for figure in figures), f"report   {page}"]
+    return report(lines=[*lines, found.sentence], ok=found.holds)
 
 
 @like(front.check)
 def check(**given: Any) -> int:
-    show(front.check(**given))
-    return OK
+    return report(front.check(**given))
 
 
 @like(front.run_deck)
@@ -77,81 +64,57 @@ def deck(
 ) -> int:
     """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""
     engine.command_words(lmp_command, "--lmp-command")
-    with ExitStack() as bars:
-        # The bar appears only if a crystal has to be measured.
-        bar = cache(lambda total: bars.enter_context(progress(total, "measuring the crystal at its temperature, once")))
-        made = front.deck(file, progress=lambda done, total: bar(total)(done, ""))
+    with progress_of_known("measuring the crystal at its temperature, once") as measured:
+        made = front.deck(file, progress=measured)
     directory = made.write(output or Path("decks") / Path(file).stem, force=force)
-    print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
-    if made.crystal is not None:
-        print(f"wall     {made.crystal.about}")
+    report(lines=[f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution"])
+    report(lines=[f"wall     {made.crystal.about}"] if made.crystal is not None else [])
     if run:
         steps = 1 if made.protocol is None else made.protocol.steps
         with progress(steps, f"deck {directory.name}") as tell:
             found = front.run_deck(directory, lmp_command, lambda done, _: tell(done, ""))
-        return _show(found)
-    print("run it   lmp -in in.contact   or   mpiexec -n 4 lmp -in in.contact   in that directory")
-    print(f"then     atomistic read {directory}")
-    return OK
+        return report(*found.sheets(), ok=found.converged and found.finished)
+    return report(lines=[
+        "run it   lmp -in in.contact   or   mpiexec -n 4 lmp -in in.contact   in that directory",
+        f"then     atomistic read {directory}",
+    ])  # fmt: skip
 
 
-@like(front.read)
+@like(front.read, draws=FIGURES)
 def read(
     directory: Path,
     *,
     output: Annotated[Path, Parameter(help="folder for the HDF5 file, the figure and the walls")] = Path("results"),
     compare: Annotated[bool, Parameter(help="compare with the continuum solution of the same wall")] = False,
     certify: Annotated[bool, Parameter(help="check its equilibria independently of the run")] = False,
-    format: Formats = None,
 ) -> int:
-    from continuum.show.plot import written_as
-
     run = front.read(directory)
-    code = _show(run, compare=compare)
+    report(*run.sheets(compare=compare))
+    ok = run.converged and run.finished
     if certify:
         found = run.certify()
-        for sheet in found.sheets():
-            show(sheet)
-        warn(found.faults)
-        code = code if found.ok else NOT_CONVERGED
-    with written_as(format):
-        stored, figure, *others = run.write(output, compare=compare)
+        report(*found.sheets(), warnings=found.faults)
+        ok = ok and found.ok
+    stored, figure, *others = run.write(output, compare=compare)
     walls = [path for path in others if path.suffix == ".vtk"]
-    print(f"result   {stored}")
-    print(f"figure   {figure}")
-    print(f"wall     {walls[0]}{f' and {len(walls) - 1} more' if len(walls) > 1 else ''}, for OVITO and ParaView")
-    for path in others:
-        if path not in walls:
-            print(f"file     {path}")
-    return code
+    more = f" and {len(walls) - 1} more" if len(walls) > 1 else ""
+    lines = [f"result   {stored}", f"figure   {figure}", f"wall     {walls[0]}{more}, for OVITO and ParaView"]
+    return report(lines=[*lines, *(f"file     {path}" for path in others if path not in walls)], ok=ok)
 
 
-def _show(run: front.DeckRun, *, compare: bool = False) -> int:
-    for sheet in run.sheets(compare=compare):
-        show(sheet)
-    return OK if run.converged and run.finished else NOT_CONVERGED
-
-
-@like(front.elastic)
+@like(front.elastic, draws=FIGURES)
 def elastic(
     file: str,
     *,
     output: Annotated[Path, Parameter(help="folder for the figure")] = Path("results"),
     lattice: int | None = None,
-    format: Formats = None,
 ) -> int:
-    from continuum.show.plot import written_as
-
     fewest, most = front.LATTICES
     if lattice is not None and not fewest <= lattice <= most:
         raise refuse(load(file, ElasticConfig), Fault((), f"--lattice of {fewest} to {most}, got {lattice}"))
     found = front.elastic(file, lattice=lattice)
-    for sheet in found.sheets():
-        show(sheet)
-    with written_as(format):
-        for figure in found.plot(output, Path(file).stem):
-            print(f"figure   {figure}")
-    return OK
+    report(*found.sheets())
+    return report(lines=[f"figure   {figure}" for figure in found.plot(output, Path(file).stem)])
 
 
 @like(engine.doctor)
@@ -167,9 +130,8 @@ def doctor() -> int:
         *(("problem", problem) for problem in found.problems),
         *([("what to do", found.remedy)] if found.remedy else []),
     ]
-    show(pairs("LAMMPS on this machine", rows))
-    print("usable" if found.ok else "NOT usable")
-    return OK if found.ok else NOT_CONVERGED
+    sheet = pairs("LAMMPS on this machine", rows)
+    return report(sheet, lines=["usable" if found.ok else "NOT usable"], ok=found.ok)
 
 
 @like(template)

@@ -1,22 +1,22 @@
 """The commands of ``continuum`` on measured maps, and the page: what they import is more than a run needs."""
 
-import inspect
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from continuum.app import view as viewing
-from continuum.errors import NOT_CONVERGED, OK, InputError
+from continuum.errors import OK, InputError
 from continuum.files import output as files
 from continuum.front import predict as predictions
 from continuum.front import study as studies
-from continuum.options import Format, as_options, like
+from continuum.options import as_options, like
 from continuum.show.answer import statements
-from continuum.show.console import show, tell, verbose, warn
+from continuum.show.console import report, tell, verbose
+from continuum.show.prediction import reading_order
 from continuum.show.prediction_data import as_csv
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.tables import OPTIONS, InterfaceTable, TopographyTable
@@ -29,14 +29,18 @@ _EXPLAINED = {**explained(TopographyTable), **explained(InterfaceTable)}
 
 
 @like(viewing.view)
-def view(*file: Path, port: int = 0, browser: Annotated[bool, Parameter(negative="--no-browser")] = True) -> int:
+def view(*file: Path, **given: Any) -> int:
     if len(file) > 1:
         raise InputError(f"{file[1]}: only one file can be opened at a time")
-    viewing.view(*file, port=port, browser=browser)
+    viewing.view(*file, **given)
     return OK
 
 
-@like(predictions.predict, help={name: " ".join((_EXPLAINED[name].description or "").split()) for name in OPTIONS})
+@like(
+    predictions.predict,
+    help={name: " ".join((_EXPLAINED[name].description or "").split()) for name in OPTIONS},
+    draws="format of the figures beside the PNG of the page; may be repeated",
+)
 def predict(
     *maps: Annotated[Path, Parameter(help="topography; two for two rough bodies; an input (TOML) that names them; or "
                                           "a folder of samples, which are ranked")],
@@ -46,58 +50,34 @@ def predict(
                                           "container, each a contact of its own; no pages are written")] = None,
     pattern: Annotated[str | None, Parameter(help="pattern of the file names in a folder, without their ending, as "
                                               "'{sample}_{spot}_{magnification}'")] = None,
-    solve: Annotated[bool | None, Parameter(negative="--no-solve")] = None,
+    solve: bool | None = None,
     threads: int = 1,
-    format: Annotated[list[Format] | None, Parameter(help="format of the figures beside the PNG of the page; may be "
-                                                     "repeated")] = None,
-    contact_modulus: Annotated[str | None, Parameter(name="--estar")] = None,
     **given: Any,
 ) -> int:  # fmt: skip
-    from continuum.show.plot import written_as
-    from continuum.show.prediction import reading_order
-
-    given |= {"contact_modulus": contact_modulus}
     if any(map(os.path.isdir, maps)):  # Path.is_dir raises for names that are too long
-        beside = {"--csv": csv, "--json": json, "--join": given.get("join")}
-        with written_as(format and ["png", *format]):
-            return _study(maps, [name for name, value in beside.items() if value], output, pattern,
-                          given | {"solve": solve, "threads": threads})  # fmt: skip
+        beside = {"--csv": csv, "--json": json, "--join": given.pop("join", None)}
+        return _study(maps, [name for name, value in beside.items() if value], output, pattern,
+                      given | {"solve": solve, "threads": threads})  # fmt: skip
     if pattern is not None:
         raise InputError("--pattern applies to the files of a folder, and no folder is given")
     if csv is not None:
         return _predict_each(maps, csv, solve, threads, given)
     began = time.monotonic()
-    found = _predicted(maps, given, tell)
+    found = predictions.unsolved(maps, given, tell)
     # Checked before hours of work, but after the input.
     files.folder(output)
-    for path in filter(None, [json]):
-        files.distinct(path, maps)
-        files.folder(path.parent)
+    if json is not None:
+        files.distinct(json, maps)
+        files.folder(json.parent)
     found = found.solved(threads, solve, tell)
     tell(f"solved in {time.monotonic() - began:.2g} s")
-    for line in statements(found):
-        print(f"{line}.")
+    report(lines=[f"{line}." for line in statements(found)])
     if verbose():
-        warn(found.doubts)
-        for sheet in reading_order(found.sheets()):
-            show(sheet)
-    with written_as(format and ["png", *format]):
-        page, *_ = found.write(output, "-".join([*(path.stem for path in maps), "predict"]))
-    print(f"Figures, tables and {len(found.doubts)} remarks: {page}")
-    if json is not None:
-        print(files.save(json, found.json()))
+        report(*reading_order(found.sheets()), warnings=found.doubts)
+    page, *_ = found.write(output, "-".join([*(path.stem for path in maps), "predict"]))
+    written = [] if json is None else [files.save(json, found.json())]
     missed = solve and found.threshold is not None and found.threshold.source is not Basis.SEARCH
-    return NOT_CONVERGED if missed else OK
-
-
-def _predicted(
-    maps: Sequence[Path], given: dict[str, Any], told: Callable[[str], None] = lambda text: None
-) -> predictions.Prediction:
-    try:
-        return predictions.unsolved(maps, given, told)
-    except (TopographyError, InterfaceError) as error:
-        known = inspect.signature(predictions.predict).parameters
-        raise type(error)(as_options(str(error), known)) from error
+    return report(lines=[f"Figures, tables and {len(found.doubts)} remarks: {page}", *written], ok=not missed)
 
 
 def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: int, given: dict[str, Any]) -> int:
@@ -114,18 +94,17 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
     for path, part in _contacts(maps, given):
         named = {"map": str(path)} if part is None else {"map": str(path), "part": part}
         try:
-            found = _predicted([path], given if part is None else given | {"part": [part]})
+            found = predictions.unsolved([path], given if part is None else given | {"part": [part]})
             found = found.solved(threads, bool(solve))
         except InterfaceError:
             raise  # the same for all
         except InputError as error:
-            rows.append({**named, "error": str(error)})
+            rows.append({**named, "error": as_options(str(error), OPTIONS)})
         else:
             rows.append({**found.row(), **named})
         print(f"{': '.join(named.values())}: {rows[-1].get('verdict') or rows[-1]['error']}", flush=True)
     files.folder(csv.parent)
-    print(files.save(csv, as_csv(rows)))
-    return NOT_CONVERGED if any("error" in row for row in rows) else OK
+    return report(lines=[files.save(csv, as_csv(rows))], ok=not any("error" in row for row in rows))
 
 
 def _study(
@@ -138,24 +117,14 @@ def _study(
         also = f"with {beside[0]}" if beside else f"beside {len(maps) - 1} more"
         raise InputError(f"{maps[0]}: a folder is a whole study, and cannot be used {also}")
     folder = maps[0]
-    given.pop("join", None)
-    try:
-        found = studies.study(
-            folder, pattern=pattern, without=output, **given,
-            progress=lambda spot: tell(f"{spot.sample}, spot {spot.name}: {spot.answer or spot.error}"),
-        )  # fmt: skip
-    except InputError as error:
-        known = {*inspect.signature(predictions.predict).parameters, "pattern"}
-        raise type(error)(as_options(str(error), known)) from error
+    found = studies.study(
+        folder, pattern=pattern, without=output, **given,
+        progress=lambda spot: tell(f"{spot.sample}, spot {spot.name}: {spot.answer or spot.error}"),
+    )  # fmt: skip
     files.folder(output)
-    print(f"{study_sentence(found)}.")
-    for doubt in study_doubts(found):
-        print(f"warning: {doubt}")
-    for sheet in found.sheets():
-        show(sheet)
-    for path in found.write(output, f"{folder.resolve().name}-study"):
-        print(path)
-    return NOT_CONVERGED if found.unusable else OK
+    report(lines=[f"{study_sentence(found)}.", *(f"warning: {doubt}" for doubt in study_doubts(found))])
+    report(*found.sheets())
+    return report(lines=found.write(output, f"{folder.resolve().name}-study"), ok=not found.unusable)
 
 
 def _contacts(maps: Sequence[Path], given: dict[str, Any]) -> Iterator[tuple[Path, str | None]]:

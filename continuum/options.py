@@ -8,29 +8,73 @@ import os
 import re
 import signal
 import sys
+from collections import OrderedDict
 from collections.abc import Callable, Container, Mapping, Sequence
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, convert
 from cyclopts.validators import Number
 
 from continuum.errors import BAD_INPUT, EXIT_CODES, OK, InputError
 
-Format = Literal["png", "pdf", "svg"]
-Formats = Annotated[
-    list[Format] | None,
-    Parameter(name="--format", help="format of the figures; may be repeated (default: png and pdf)"),
-]
-VOICES = {"quiet": ("-q", "print results, warnings and errors only, without progress and tables"),
-          "verbose": ("-v", "print a line for each part of the work, also on a terminal, and where in the program an "
-                      "error arose")}  # fmt: skip
-SHORT = {"output": ("--output", "-o"), "workers": ("--workers", "-j")}
-COUNTS = ("workers", "threads", "nodes", "shards")
-POSITIONAL, SEVERAL = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.VAR_POSITIONAL
-
 Command = Callable[..., int]
+SEVERAL = inspect.Parameter.VAR_POSITIONAL
+VOICES = {
+    "quiet": Parameter(name=("--quiet", "-q"), show_default=False, help="print results, warnings and errors only, "
+                       "without progress and tables"),
+    "verbose": Parameter(name=("--verbose", "-v"), show_default=False, help="print a line for each part of the work, "
+                         "also on a terminal, and where in the program an error arose"),
+}  # fmt: skip
+FIGURES = "format of the figures; may be repeated (default: png and pdf)"
+"""Help of ``--format``."""
+
+
+def _set(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
+    from continuum.files.toml import value_of
+
+    found = []
+    for token in tokens:
+        key, equals, value = token.value.partition("=")
+        if not equals or not key.strip():
+            raise ValueError(f"{token.value!r}: write KEY=VALUE, such as surface.seed=3")
+        found.append((key.strip(), value_of(value.strip())))
+    return found
+
+
+def _shard(_: type, tokens: Sequence[Any]) -> tuple[int, int]:
+    part, slash, parts = tokens[0].value.partition("/")
+    if not (slash and part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
+        raise ValueError(f"{tokens[0].value!r}: write I/N with I from 1 to N, such as 2/8")
+    return int(part), int(parts)
+
+
+def _gigabytes(_: type, tokens: Sequence[Any]) -> float:
+    return 1e9 * float(convert(float, tokens))
+
+
+_COUNT = Number(gte=1, lte=1024)
+OPTIONS: Mapping[str, Parameter] = {
+    "output": Parameter(name=("--output", "-o")),
+    "workers": Parameter(name=("--workers", "-j"), validator=_COUNT),
+    "threads": Parameter(validator=_COUNT),
+    "nodes": Parameter(validator=_COUNT),
+    "shards": Parameter(name="--array", validator=_COUNT),
+    "settings": Parameter(name="--set", converter=_set, n_tokens=1, accepts_keys=False, help="value for a key of the "
+                          "input, as surface.seed=3; may be repeated"),
+    "shard": Parameter(converter=_shard, n_tokens=1, show_default=True, help="part I/N of the systems, as 2/8"),
+    "memory": Parameter(converter=_gigabytes),
+    "modules": Parameter(name="--module"),
+    "lines": Parameter(name="--line"),
+    "creators": Parameter(name="--creator"),
+    "contact_modulus": Parameter(name="--estar"),
+    "decks": Parameter(name="--keep-decks"),
+    "browser": Parameter(negative="--no-browser"),
+    "solve": Parameter(negative="--no-solve"),
+}  # fmt: skip
+"""What an argument of this name is on a command line, where more is to be said than its type and its description."""
 
 
 def program(name: str, what: str, units: str, commands: Mapping[str, str], apart: Mapping[str, str]) -> App:
@@ -60,8 +104,7 @@ def program(name: str, what: str, units: str, commands: Mapping[str, str], apart
 def run_program(app: App, arguments: Sequence[str] | None, renamed: Mapping[str, str] | None = None) -> int:
     """Run a command of a program, by its name or by one of before that was renamed; returns its exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    flags = {f"--{name}" for name in VOICES} | {short for short, _ in VOICES.values()}
-    while words and words[0] in flags:  # they may stand anywhere
+    while words and any(words[0] in (voice.name or ()) for voice in VOICES.values()):  # they may stand anywhere
         words.append(words.pop(0))
     if words and (name := (renamed or {}).get(words[0])):
         sys.stderr.write(f"`{app.name[0]} {words[0]}` is now called `{app.name[0]} {name}`\n")
@@ -112,17 +155,17 @@ def _check_environment() -> None:
 
 
 def as_options(message: str, known: Container[str]) -> str:
-    """Replace arguments in backticks by the options of the command in a message."""
+    """Replace arguments in backticks by the options of a command in a message."""
 
     def option(found: re.Match[str]) -> str:
-        name = "estar" if found[1] == "contact_modulus" else found[1]
-        return f"--{name.replace('_', '-')}" if found[1] in known else found[0]
+        given = OPTIONS.get(found[1], Parameter()).name or [f"--{found[1].replace('_', '-')}"]
+        return next(iter(given)) if found[1] in known else found[0]
 
     return re.sub(r"`(\w+)`", option, message)
 
 
 def like(
-    work: Callable[..., object], hint: str = "", help: Mapping[str, str] | None = None
+    work: Callable[..., object], hint: str = "", help: Mapping[str, str] | None = None, draws: str = ""
 ) -> Callable[[Command], Command]:
     """Make a command of a function: it takes the arguments of ``work``, and those that it names itself.
 
@@ -133,24 +176,33 @@ def like(
     ----------
     work : a function with a docstring in NumPy's style.
     hint : text after the message of an unexpected error.
-    help : help texts of arguments that are described elsewhere.
+    help : help texts of arguments that are described elsewhere, or otherwise than in Python.
+    draws : help of ``--format``, of a command that draws figures.
     """
 
     def made(command: Command) -> Command:
-        signature = _signature(work, command, _help(work) | dict(help or {}))
+        signature = _signature(work, command, _help(work) | dict(help or {}), draws)
+        own = inspect.signature(command)
 
         @wraps(command)
         def called(*args: Any, **given: Any) -> int:
             from continuum.show.console import Voice, exit_code
 
             arguments = signature.bind(*args, **given).arguments
+            arguments |= {name: dict(pairs) for name, pairs in arguments.items() if name == "settings"}
             voice: Voice = "normal"
             for name in get_args(Voice):
                 voice = name if arguments.pop(name, False) else voice
-            own = {name: one.kind for name, one in inspect.signature(command).parameters.items()}
-            one = [arguments.pop(name) for name, kind in own.items() if kind is POSITIONAL and name in arguments]
-            several = [value for name, kind in own.items() if kind is SEVERAL for value in arguments.pop(name, ())]
-            return exit_code(lambda: command(*one, *several, **arguments), hint, voice)
+            formats = arguments.pop("format", None) if draws else None
+            mine = {name: arguments.pop(name) for name in own.parameters if name in arguments}
+            bound = inspect.BoundArguments(own, OrderedDict(mine, given=arguments))
+            ready: Callable[[], int] = partial(command, *bound.args, **bound.kwargs)
+            if formats:
+                from continuum.show.plot import written_as
+
+                ready = written_as(formats)(ready)
+            known = [name for name, one in signature.parameters.items() if one.kind is one.KEYWORD_ONLY]
+            return exit_code(ready, hint, voice, partial(as_options, known=known))
 
         vars(called)["__signature__"] = signature
         called.__doc__ = command.__doc__ or inspect.cleandoc(work.__doc__ or "").partition("\n\nParameters")[0]
@@ -160,49 +212,43 @@ def like(
     return made
 
 
-def _signature(work: Callable[..., object], command: Command, texts: Mapping[str, str]) -> inspect.Signature:
+def _signature(
+    work: Callable[..., object], command: Command, texts: Mapping[str, str], draws: str
+) -> inspect.Signature:
     own, hints = inspect.signature(command).parameters, get_type_hints(command, include_extras=True)
-    types = get_type_hints(work)
-    others = any(parameter.kind is parameter.VAR_KEYWORD for parameter in own.values())
-    parameters = {**(inspect.signature(work).parameters if others else {}), **own}
-    found = dict[str, inspect.Parameter]()
-    for name, parameter in parameters.items():
-        taken = hints[name] if name in own else _option(types[name])
-        if taken is None or parameter.kind is parameter.VAR_KEYWORD:
+    types = {name: _option(name, of) for name, of in get_type_hints(work).items()} | hints
+    others = inspect.signature(work).parameters if "given" in own else {}
+    found = list[inspect.Parameter]()
+    for name, parameter in {**others, **own}.items():
+        if (of := types[name]) is None or parameter.kind is parameter.VAR_KEYWORD:
             continue
-        needed = parameter.default is parameter.empty and parameter.kind is not SEVERAL
-        kind = parameter.POSITIONAL_ONLY if needed else parameter.kind
-        if kind is POSITIONAL:
-            kind = parameter.KEYWORD_ONLY
-        given, *said = get_args(taken) if get_origin(taken) is Annotated else (taken,)
-        show_default = None if parameter.default else False
-        bounds = Number(gte=1, lte=1024) if name in COUNTS else None
-        described = Parameter(help=texts.get(name), name=SHORT.get(name), show_default=show_default, validator=bounds)
-        found[name] = parameter.replace(annotation=_annotated(given, described, *said), kind=kind)
-    for name, (letter, text) in VOICES.items():
-        flag = Parameter(name=[f"--{name}", letter], help=text, show_default=False)
-        keyword = inspect.Parameter.KEYWORD_ONLY
-        found[name] = inspect.Parameter(name, keyword, default=False, annotation=_annotated(bool, flag))
-    return inspect.Signature(sorted(found.values(), key=lambda parameter: parameter.kind))
+        kind = parameter.kind
+        if kind is not SEVERAL:
+            kind = parameter.POSITIONAL_ONLY if parameter.default is parameter.empty else parameter.KEYWORD_ONLY
+        shown = None if parameter.default and not isinstance(parameter.default, tuple) else False
+        said = [Parameter(help=texts.get(name), show_default=shown), *filter(None, [OPTIONS.get(name)])]
+        # What the command itself says of it comes last, and counts.
+        annotation: Any = Annotated[(of, *said, *getattr(of, "__metadata__", ()))]
+        found.append(parameter.replace(annotation=annotation, kind=kind))
+    extra: list[tuple[str, object, Any]] = [(name, False, Annotated[bool, flag]) for name, flag in VOICES.items()]
+    if draws:
+        formats = Annotated[list[Literal["png", "pdf", "svg"]] | None, Parameter(help=draws)]
+        extra.insert(0, ("format", None, formats))
+    for name, default, of in extra:
+        found.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=of))
+    return inspect.Signature(sorted(found, key=lambda parameter: parameter.kind))
 
 
-def _annotated(given: Any, *said: Parameter) -> Any:
-    return Annotated[(given, *said)]
-
-
-def _option(annotation: Any) -> Any:
-    """Type of an option for an argument of this type; None if it cannot be an option."""
-    types = get_args(annotation) if get_origin(annotation) not in (None, Literal) else (annotation,)
-    missing = None if type(None) in types else Literal
-    for one in (Path, bool, int):
-        if one in types:
-            return one if missing else one | None
-    if any(list[str] == one or getattr(get_origin(one), "__name__", "") == "Sequence" for one in types):
-        return list[str] | None
-    if str in types:
-        return str if missing else str | None
-    literal = next((one for one in types if get_origin(one) is Literal), None)
-    return literal if missing or literal is None else literal | None
+def _option(name: str, annotation: Any) -> Any:
+    """Type of an option for an argument of this name and type; None if it cannot be an option."""
+    if name == "settings":
+        return list[tuple[str, object]] | None
+    types = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,)
+    several = [one for one in types if get_origin(one) in (list, Sequence)]
+    lists = [list[float] if float in get_args(one) else list[str] for one in several]
+    known = [one for one in (Path, bool, int) if one in types] + lists + [one for one in (str, float) if one in types]
+    found = next(iter([*known, *(one for one in types if get_origin(one) in (Literal, tuple))]), None)
+    return found | None if found is not None and (type(None) in types or found in lists) else found
 
 
 def _help(work: Callable[..., object]) -> dict[str, str]:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import atomistic.cli
+import continuum
 import continuum.cli
 from continuum.errors import EXIT_CODES
 from tests.problems import SMALL
@@ -29,7 +30,7 @@ PROGRAMS = [(continuum.cli.main, continuum.cli.app), (atomistic.cli.main, atomis
 
 @pytest.mark.parametrize(("main", "app"), PROGRAMS)
 def test_the_version_is_that_of_all_that_the_numbers_depend_on(
-    main: Main, app: App, capsys: pytest.CaptureFixture[str]
+    main: Main, app: App, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["--version"]) == 0
     said = capsys.readouterr().out.splitlines()
@@ -37,10 +38,13 @@ def test_the_version_is_that_of_all_that_the_numbers_depend_on(
     assert f"NumPy {np.__version__}" in said
     assert [line.split()[0] for line in said[1:4]] == ["Python", "NumPy", "LAMMPS"]
     assert [line.split(":")[0] for line in said[4:]] == ["device cpu", "device torch", "device cupy", "device jax"]
+    monkeypatch.setenv("COLUMNS", "100")
     assert main(["--help"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
+    out = capsys.readouterr().out
+    assert len(out.splitlines()) <= 45, "it fits on a screen"
+    text = " ".join(out.split())
     for code, meaning in EXIT_CODES.items():
-        assert f"{code}: {meaning}" in said
+        assert f"{code}: {meaning}" in text
 
 
 def test_quiet_says_what_came_of_it_and_verbose_where_it_failed(
@@ -110,6 +114,22 @@ def test_a_wrong_command_line_is_one_message(words: list[str], said: str, capsys
         continuum.cli.main(words)
     assert end.value.code == 2
     assert said in "".join(capsys.readouterr())
+
+
+def test_options_that_are_no_arguments_as_they_stand_mean_what_the_function_takes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Several keys, several lines, memory in GB: the last of two values of one key counts."""
+    path = tmp_path / "many.toml"
+    path.write_text(f'{SMALL}[sweep.axes]\n"surface.hurst" = [0.8]\n')
+    words = "--set surface.seed=4 --set surface.rms_slope=0.2 --set surface.seed=3 --memory 4 --array 3 -j 2"
+    words += " --module gcc/13.2 --module mpi --line ulimit --line date"
+    assert continuum.cli.main(["sweep", "slurm", str(path), *words.split()]) == 0
+    script = continuum.sweep_slurm(
+        path, settings={"surface.seed": 3, "surface.rms_slope": 0.2}, memory=4e9, shards=3, workers=2,
+        modules=["gcc/13.2", "mpi"], lines=["ulimit", "date"],
+    )  # fmt: skip
+    assert capsys.readouterr().out == script
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

@@ -66,9 +66,9 @@ class PaperFigure:
         return Drawing(figure, Sheet.of(self.title, list(numbers), numbers.itertuples(index=False, name=None)), caption)
 
 
-def save_drawing(drawing: Drawing, stem: Path) -> list[Path]:
-    """Write ``stem.png``, ``stem.pdf`` and ``stem.csv``; returns PNG and CSV."""
-    picture = plot.save_figure(drawing.figure, stem)
+def save_drawing(drawing: Drawing, stem: Path, *, page: bool = False) -> list[Path]:
+    """Write ``stem.png``, ``stem.pdf`` and ``stem.csv``, perhaps of a page; returns PNG and CSV."""
+    picture = plot.save_figure(drawing.figure, stem, page=page)
     return [picture, output.save(stem.with_name(f"{stem.name}.csv"), drawing.sheet.csv())]
 
 

@@ -88,7 +88,7 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
         parts = [provenance_line(data.table), _sizes(data), ""]
         for name, drawing in drawings_of(data):
             stem = path.with_name(f"paper-{folder}-{name}")
-            written += save_drawing(drawing, stem)
+            written += save_drawing(drawing, stem, page=True)
             parts += drawing.shown(stem)
         written.append(output.save(path.with_name(f"paper-{folder}-points.csv"), claim_points(data.points)))
         sections[folder], points[folder] = "\n".join(parts).strip(), stored_points(written[-1])

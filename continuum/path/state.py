@@ -13,6 +13,7 @@ from continuum.arguments import choice, number
 from continuum.measure.contact import Equilibrium, totals_of
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
+from continuum.path.crossing import Bracket
 from continuum.solve.solution import NotConvergedError, Solution, Status
 from continuum.tables import Description, Fraction, InInputs, Positive
 
@@ -98,8 +99,8 @@ class Event(NamedTuple):
     def root(self) -> float:
         """Value at which the load vanishes between both sides, taken as linear in the logarithm of the value."""
         low, high = self.before, self.after
-        share = low.load / (low.load - high.load) if low.load > 0 > high.load else 0.5
-        return float(low.value * (high.value / low.value) ** np.clip(share, 0.0, 1.0))
+        between = Bracket(low.value, high.value, low.load, high.load, log=True)
+        return between.root if low.load > 0 > high.load else between.middle
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

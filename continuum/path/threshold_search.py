@@ -11,7 +11,7 @@ Where that does not end, as beside jumps, the area is searched for at each w, an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.path.aim import area_logarithm, coarser_problem, rough_slope, sample
 from continuum.path.area import find_area
+from continuum.path.crossing import Bracket
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import Event, Outcome, PathState, Search, side_of
 from continuum.solve.solution import Settings
@@ -61,6 +62,11 @@ class _Trial:
         return self.problem.wall.work_of_adhesion
 
     @property
+    def place(self) -> float:
+        """Ln w."""
+        return float(np.log(self.work))
+
+    @property
     def ratio(self) -> float:
         """ln(load_att/load_rep)."""
         pull, push = self.state.load_att, self.state.load_rep
@@ -70,19 +76,19 @@ class _Trial:
 
 
 @dataclass(eq=False)
-class _Bracket:
+class _Trials:
     """The last trials on both sides of the threshold, and what all of them have cost."""
 
     width: float
-    """In ln w."""
+    """Of the bracket that is looked for, in ln w."""
     size: int
     """Points of the grid, in whose transforms the work is counted."""
-    below: _Trial | None = None
-    above: _Trial | None = None
+    bracket: Bracket = field(default_factory=Bracket)
+    """In ln w, of ln r."""
+    ends: tuple[_Trial, ...] = ()
+    """The trials at its ends."""
     pairs: float = 0.0
     solves: int = 0
-    again: int = 0
-    """Trials after the first one on the side of the last."""
 
     def pay(self, state: PathState, searches: bool = False) -> None:
         """Count the work of a state."""
@@ -92,45 +98,30 @@ class _Bracket:
 
     def add(self, trial: _Trial) -> None:
         """Take a trial at the area that is asked for; the last one on a side is that whose area is closest."""
-        last = self.above if trial.ratio > 0 else self.below
-        other = self.below if trial.ratio > 0 else self.above
-        self.again = self.again + 1 if last is not None and other is None else 0
-        if trial.ratio > 0:
-            self.above = trial
-            # Of two trials in the wrong order, as their areas differ, the older one goes.
-            self.below = None if self.below is not None and self.below.work > trial.work else self.below
-        else:
-            self.below = trial
-            self.above = None if self.above is not None and self.above.work < trial.work else self.above
+        self.bracket = self.bracket.add(trial.place, trial.ratio)
+        ends, above = (self.bracket.lower, self.bracket.upper), trial.ratio >= 0
+        self.ends = (*(one for one in self.ends if (one.ratio >= 0) != above and one.place in ends), trial)
 
     def between(self) -> float | None:
         """Ln w of the next trial, by the secant of both ends, where it may close the bracket; None without both."""
-        if self.below is None or self.above is None:
+        if not self.bracket.known:
             return None
-        low, high, third = np.log(self.below.work), np.log(self.above.work), self.width / 3
-        rise = self.above.ratio - self.below.ratio
-        if rise - (high - low) > JUMP:
-            return float((low + high) / 2)
-        root = low - self.below.ratio / rise * (high - low)
-        # Never nearer to an end than a tenth of the way: a step that gains nothing is not made twice.
-        edge = (high - low) / 10
-        upward = root + third - low <= self.width
-        return float(np.clip(root + third if upward else root - third, low + edge, high - edge))
+        jumps = self.bracket.at_upper - self.bracket.at_lower - self.bracket.width > JUMP
+        return self.bracket.middle if jumps else self.bracket.closing(self.width)
 
     @property
     def closed(self) -> bool:
         """Whether the threshold lies between two works as close as asked for."""
-        if self.below is None or self.above is None:
-            return False
-        return bool(np.log(self.above.work / self.below.work) <= self.width)
+        return self.bracket.width <= self.width
 
     def aim(self, ratio: float) -> float:
         """Ln r at which the trial after one of this ln r aims: on the other side, so that the bracket closes.
 
         Farther beyond after each trial that has not come there: the load may depend on the work by less than it seems.
         """
-        aim = self.width / 3 if -self.width / 2 < ratio <= 0 or (ratio < 0 and self.again) else -self.width / 3
-        return aim * 2.0**self.again
+        again = self.bracket.again
+        aim = self.width / 3 if -self.width / 2 < ratio <= 0 or (ratio < 0 and again) else -self.width / 3
+        return aim * 2.0**again
 
 
 def first_work(problem: ContactProblem) -> float:
@@ -175,17 +166,17 @@ def bracket_threshold(
         jumps over zero.  :attr:`Outcome.NO_THRESHOLD` where no bracket was found; another where a state was not.
     """
     solver = solver or solver_of(problem, settings)
-    bracket = _Bracket(float(np.log1p(width)), problem.grid.size)
+    trials = _Trials(float(np.log1p(width)), problem.grid.size)
     work = first_work(problem) if first is None else first[1]
     most = _resolved(wall_of(work), problem, LEAST_RESOLVED)
-    place = _Place(problem, wall_of, area, settings, search, solver, bracket, most)
+    place = _Place(problem, wall_of, area, settings, search, solver, trials, most)
     together = place.together(*(place.coarsely(work) if first is None else first))
-    if bracket.closed:
-        return _found(bracket, area)
-    if bracket.below is not None and place.none_below(bracket.below):
-        return _none(bracket, area)
+    if trials.closed:
+        return _found(trials, area)
+    if any(map(place.none_below, trials.ends)):
+        return _none(trials, area)
     # The searches begin where the trials ended.
-    return _searched(replace(place, bracket=replace(bracket, below=None, above=None)), together[1])
+    return _searched(replace(place, trials=replace(trials, bracket=Bracket(), ends=())), together[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +189,7 @@ class _Place:
     settings: Settings
     search: Search
     solver: Solver
-    bracket: _Bracket = field(repr=False)
+    trials: _Trials = field(repr=False)
     most: float = np.inf
     """Work of adhesion up to which the grid tells something of the load."""
 
@@ -212,7 +203,7 @@ class _Place:
             # Of what would overlap, undeformed, about a half touches.
             overlap = float(np.quantile(heights, 0.5 * self.area))
             return wall.zero_gap + self.problem.mean_height - overlap, work
-        bracket = self.bracket
+        trials = self.trials
         roughly = replace(
             self,
             problem=coarse,
@@ -220,10 +211,10 @@ class _Place:
             settings=replace(self.settings.coarser(), tolerance=COARSER * self.settings.tolerance),
             search=self.search.model_copy(update={"area_tolerance": min(COARSER * self.search.area_tolerance, 0.3)}),
             solver=solver_of(coarse, self.settings),
-            bracket=replace(bracket, width=min(COARSER * bracket.width, 0.3), below=None, above=None),
+            trials=replace(trials, width=min(COARSER * trials.width, 0.3), bracket=Bracket(), ends=()),
         )
         found = roughly.together(*roughly.coarsely(work), bracketed=False)
-        bracket.pairs, bracket.solves = roughly.bracket.pairs, roughly.bracket.solves
+        trials.pairs, trials.solves = roughly.trials.pairs, roughly.trials.solves
         return found
 
     def together(self, mean_gap: float, work: float, *, bracketed: bool = True) -> tuple[float, float]:
@@ -239,19 +230,19 @@ class _Place:
         for _ in range(MOST_TOGETHER):
             problem = replace(self.problem, wall=self.wall_of(float(np.exp(here[1]))))
             state = equilibrium(problem, "mean-gap", float(here[0]), self.settings, None, "start", self.solver)
-            self.bracket.pay(state)
+            self.trials.pay(state)
             if not state.status.ok:
                 break
             trial = _Trial(problem, state)
             if self._at_area(state):
-                self.bracket.add(trial)
-                if self.bracket.closed or self.none_below(trial):
+                self.trials.add(trial)
+                if self.trials.closed or self.none_below(trial):
                     break
-                if not bracketed and (apart or abs(trial.ratio) <= self.bracket.width):
+                if not bracketed and (apart or abs(trial.ratio) <= self.trials.width):
                     break
             size = self.problem.grid.size
             left = area_logarithm(self.area, size) - area_logarithm(state.area_rep, size)
-            off = np.array([-left, trial.ratio - (self.bracket.aim(trial.ratio) if bracketed else 0.0)])
+            off = np.array([-left, trial.ratio - (self.trials.aim(trial.ratio) if bracketed else 0.0)])
             if abs(trial.ratio) == FARTHEST:
                 # Nothing touches, or nothing pulls: only the area, or the work, says where to go.
                 step = np.array([np.clip(left, -STEP, STEP) / slope, 0.0 if left > 0 else -off[1] / 2])
@@ -262,7 +253,7 @@ class _Place:
                     slopes = _updated(slopes, here - before[0], now - before[1], slope)
                 before = here, now
                 step = -np.linalg.solve(slopes, off)
-            between = self.bracket.between()
+            between = self.trials.between()
             if between is not None or apart:
                 # The work is by the secant of both ends, which are at the area, and the mean gap by what is left of it.
                 step[1] = 0.0 if between is None or apart else between - here[1]
@@ -295,57 +286,44 @@ def _updated(slopes: Real, moved: Real, changed: Real, slope: float) -> Real:
 
 def _searched(place: _Place, work: float) -> tuple[ContactProblem, PathState]:
     """The threshold by a search for the area at each work."""
-    bracket = place.bracket
-    for guess in _works(bracket, work):
+    trials, guess = place.trials, work
+    for _ in range(MOST_SEARCHES):
         problem = replace(place.problem, wall=place.wall_of(min(guess, place.most)))
         state = find_area(problem, place.area, place.settings, place.search, (), "start", place.solver)
-        bracket.pay(state, searches=True)
+        trials.pay(state, searches=True)
         if not (state.status.ok or state.outcome is Outcome.JUMPED_OVER):
-            return problem, _with_work(state, bracket)
+            return problem, _with_work(state, trials)
         trial = _Trial(problem, state)
-        bracket.add(trial)
-        if bracket.closed:
-            return _found(bracket, place.area)
+        trials.add(trial)
+        if trials.closed:
+            return _found(trials, place.area)
         if place.none_below(trial):
             break
-    return _none(bracket, place.area)
+        # By the secant of both ends; with one of them by ln r, which rises as ln w.
+        between = trials.between()
+        guess = float(np.exp(trial.place - trial.ratio + trials.aim(trial.ratio) if between is None else between))
+    return _none(trials, place.area)
 
 
-def _none(bracket: _Bracket, area: float) -> tuple[ContactProblem, PathState]:
-    """The last state, and that there is no threshold."""
-    last = bracket.below or bracket.above
-    assert last is not None
+def _none(trials: _Trials, area: float) -> tuple[ContactProblem, PathState]:
+    """The last state below the threshold, or else above, and that there is none."""
+    last = min(trials.ends, key=lambda trial: trial.ratio)
     found = replace(last.state, control="repulsive-area", target=area, outcome=Outcome.NO_THRESHOLD)
-    return last.problem, _with_work(found, bracket)
+    return last.problem, _with_work(found, trials)
 
 
-def _works(bracket: _Bracket, work: float) -> Iterator[float]:
-    """Works to be tried: by the last trial, of which ln r rises as ln w; then by the secant of both ends."""
-    yield work
-    for _ in range(MOST_SEARCHES - 1):
-        between = bracket.between()
-        if between is None:
-            one = bracket.below or bracket.above
-            assert one is not None
-            yield float(np.exp(np.log(one.work) - one.ratio + bracket.aim(one.ratio)))
-            continue
-        yield float(np.exp(between))
+def _with_work(state: PathState, trials: _Trials) -> PathState:
+    return replace(state, search_pairs=trials.pairs - state.solution.fft_pairs, search_solves=trials.solves - 1)
 
 
-def _with_work(state: PathState, bracket: _Bracket) -> PathState:
-    return replace(state, search_pairs=bracket.pairs - state.solution.fft_pairs, search_solves=bracket.solves - 1)
-
-
-def _found(bracket: _Bracket, area: float) -> tuple[ContactProblem, PathState]:
-    below, above = bracket.below, bracket.above
-    assert below is not None
-    assert above is not None
+def _found(trials: _Trials, area: float) -> tuple[ContactProblem, PathState]:
+    below, above = sorted(trials.ends, key=lambda trial: trial.ratio)
     nearest = min(below, above, key=lambda trial: (trial.state.outcome is not None, abs(trial.ratio)))
     jumped = above.ratio - below.ratio > JUMP or above.state.outcome is not None
     sides = (side_of(trial.state, trial.work) for trial in (below, above))
     found = Event("jump-in" if jumped else "threshold", "work-of-adhesion", "start", *sides)
     at = replace(nearest.state, control="repulsive-area", target=area, events=(found,))
-    return nearest.problem, _with_work(at, bracket)
+    return nearest.problem, _with_work(at, trials)
 
 
 def laws_of(wall: WallOfWork, problem: ContactProblem) -> WallOfWork:

@@ -10,9 +10,10 @@ import sys
 import time
 import traceback
 import unicodedata
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cache
 from typing import Any, Literal, NoReturn
 
 from rich.console import Console
@@ -25,7 +26,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from continuum.errors import BAD_INPUT, NOT_CONVERGED, StickinessError, shortened
+from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, StickinessError, shortened
 from continuum.sheet import Sheet
 
 Voice = Literal["quiet", "normal", "verbose"]
@@ -98,6 +99,17 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
         sys.stdout.flush()
 
     yield line
+
+
+@contextmanager
+def progress_of_known(title: str, text: str = "") -> Iterator[Callable[[int, int], None]]:
+    """Progress of work whose number of parts is known once the first is done: nothing is shown before.
+
+    Yields a function to be called with the number of finished parts and of all.
+    """
+    with contextlib.ExitStack() as bars:
+        bar = cache(lambda total: bars.enter_context(progress(total, title)))
+        yield lambda done, total: bar(total)(done, text)
 
 
 _OFTEN = 30.0
@@ -193,7 +205,19 @@ def show(sheet: Sheet) -> None:
     _console.print(table)
 
 
-def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "normal") -> int:
+def report(*sheets: Sheet, warnings: Sequence[str] = (), lines: Iterable[object] = (), ok: bool = True) -> int:
+    """Print what a command has found, sheets first; returns its exit code."""
+    for sheet in sheets:
+        show(sheet)
+    warn(warnings)
+    for line in lines:
+        sys.stdout.write(f"{line}\n")
+    return OK if ok else NOT_CONVERGED
+
+
+def exit_code(
+    command: Callable[[], int], advice: str = "", voice: Voice = "normal", worded: Callable[[str], str] = str
+) -> int:
     """Run a command of either program, and print one message if it fails.
 
     Parameters
@@ -201,6 +225,7 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
     command : returns its exit code.
     advice : text added to the message if the work itself failed.
     voice : amount of output.
+    worded : what a message is on a command line.
     """
     _three_streams()
     _voice.set(voice)
@@ -209,7 +234,8 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
             code = command()
             sys.stdout.flush()
     except StickinessError as error:
-        return _complain(error if error.exit_code == BAD_INPUT else f"{error}\n{advice}".rstrip(), error.exit_code)
+        text = worded(str(error))
+        return _complain(text if error.exit_code == BAD_INPUT else f"{text}\n{advice}".rstrip(), error.exit_code)
     except OSError as error:
         if isinstance(error, BrokenPipeError) or (error.errno == errno.EIO and error.filename is None):
             # The reader, such as `head`, has seen enough, or the terminal is gone.  Nothing more can be said to it, not

@@ -203,14 +203,16 @@ def written_as(formats: Sequence[str] | None) -> Iterator[None]:
 
 
 @_saved
-def save_figure(figure: Figure, stem: Path, *, own: bool = False, usual: Sequence[str] = ("png", "pdf")) -> Path:
+def save_figure(
+    figure: Figure, stem: Path, *, own: bool = False, usual: Sequence[str] = ("png", "pdf"), page: bool = False
+) -> Path:
     """Write ``stem.png`` and ``stem.pdf``, the ``usual`` formats, or those of :func:`written_as`; returns the first.
 
-    Files of other programs are kept unless the folder is the program's ``own``: see
-    :func:`continuum.files.output.save`.
+    A figure of a ``page``, which shows it as PNG, is written as PNG, too, and first.  Files of other programs are kept
+    unless the folder is the program's ``own``: see :func:`continuum.files.output.save`.
     """
     output.folder(stem.parent)
-    formats = list(dict.fromkeys(_formats.get() or usual))
+    formats = list(dict.fromkeys([*(["png"] if page else []), *(_formats.get() or usual)]))
     paths = [stem.with_name(f"{stem.name}.{one}") for one in formats]
     layout = figure.get_layout_engine()
     try:

@@ -194,7 +194,7 @@ def write_prediction(prediction: PredictionNumbers, folder: Path, name: str) -> 
     if prediction.faults:
         figures[f"{name}-faults"] = (fault_figure(prediction), "Faults of the map.")
     drawn = [
-        (plot.save_figure(figure, folder / stem, usual=("png",)), caption)
+        (plot.save_figure(figure, folder / stem, usual=(), page=True), caption)
         for stem, (figure, caption) in figures.items()
     ]
     answer, *more = statements(prediction)

@@ -89,7 +89,7 @@ def write_study(study: StudyNumbers, folder: Path, name: str) -> list[Path]:
     """Write the page, its figure, the ranking and its spots as tables; returns their paths."""
     drawn = []
     if any(sample.margin is not None for sample in study.samples):
-        picture = plot.save_figure(study_figure(study), folder / name, usual=("png",))
+        picture = plot.save_figure(study_figure(study), folder / name, usual=(), page=True)
         drawn = [(picture, "Spots, and mean of each sample.")]
     title = f"Ranking of samples by stickiness:  {study.folder.resolve().name}"
     page = Page(title, study_sentence(study) + ".", study_doubts(study), drawn, study_sheets(study))

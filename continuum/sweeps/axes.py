@@ -326,7 +326,7 @@ class Sweep:
             named = ", ".join(f"{target:g}" for target in targets[:8]) + (", ..." if len(targets) > 8 else "")
             cause = f"{search.column} is read at a point of the path, and {search.target:g} is none of its targets"
             raise self._refused(("axes", search.key, "bisect"), f"a column at a target of the path: {named}", cause)
-        parsed(self.base.changed({**combination, search.key: search.middle(search.first, search.last)}), RunConfig)
+        parsed(self.base.changed({**combination, search.key: search.middle(search.whole)}), RunConfig)
 
     def _kept(self, settings: list[_Values], conditions: Sequence[ast.expr]) -> list[_Values]:
         """The systems that meet all conditions; of a search both ends or none."""

@@ -1,7 +1,7 @@
 """A search along one key for the place where a column of the table crosses a value, by bisection.
 
-The next trial follows from the column at earlier trials only, so that a search continues from its files after any
-interruption.
+Its bracket is that of every search, :class:`continuum.path.crossing.Bracket`: the next trial follows from the column at
+earlier trials only, so that a search continues from its files after any interruption.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from continuum.files.toml import nearest
+from continuum.path.crossing import Bracket
 from continuum.sweeps.measured import COLUMNS, SystemTable
 from continuum.tables import Fault
 
@@ -83,10 +84,14 @@ class Bisection:
         """Largest number of systems of the search."""
         return 2 + self.halvings
 
-    def middle(self, lower: float, upper: float) -> float:
-        """The next trial between two values."""
-        exact = math.sqrt(lower) * math.sqrt(upper) if self.scale == "log" else lower / 2 + upper / 2
-        return float(f"{exact:.{_DIGITS}g}")
+    @property
+    def whole(self) -> Bracket:
+        """The bracket before its ends are known."""
+        return Bracket(self.first, self.last, crosses=self.crosses, log=self.scale == "log")
+
+    def middle(self, bracket: Bracket) -> float:
+        """The next trial within a bracket."""
+        return float(f"{bracket.middle:.{_DIGITS}g}")
 
     def is_target(self, value: float) -> bool:
         """Whether the column is read at a point of this target."""
@@ -109,56 +114,21 @@ class Bisection:
         """
         ends = column_at(self.first), column_at(self.last)
         lower, upper = (math.nan if end is None else end for end in ends)
-        start, end = lower - self.crosses, upper - self.crosses
-        bracket, name = Bracket(self.first, self.last, lower, upper), self.key.rpartition(".")[2]
+        bracket = replace(self.whole, at_lower=lower, at_upper=upper, rising=upper > lower)
+        name = self.key.rpartition(".")[2]
         for number in range(self.most):
-            if number < 2:
-                value, found = (self.first, self.last)[number], ends[number]
-            else:
-                value = self.middle(bracket.lower, bracket.upper)
-                found = column_at(value)
+            value = (self.first, self.last)[number] if number < 2 else self.middle(bracket)
+            found = ends[number] if number < 2 else column_at(value)
             if found is None:
                 return replace(bracket, next=value)
-            bracket = replace(bracket, trials=number + 1)
             if math.isnan(found):
                 why = "the point did not converge, has none, or is jumped over by a jump across the value"
-                return replace(bracket, reason=f"no {self.column} at {name} {value:g}: {why}")
-            if number == 1 and (start == end or not min(start, end) <= 0 <= max(start, end)):
+                return replace(bracket, trials=number + 1, reason=f"no {self.column} at {name} {value:g}: {why}")
+            bracket = replace(bracket, trials=number + 1) if number < 2 else bracket.add(value, found)
+            if number == 1 and not bracket.crossed:
                 said = f"no crossing between {self.first:g} and {self.last:g}"
                 return replace(bracket, reason=f"{said}: {self.column} is {lower:.4g} and {upper:.4g}")
-            if number > 1 and (found >= self.crosses if end > start else found <= self.crosses):
-                bracket = replace(bracket, upper=value, at_upper=found)
-            elif number > 1:
-                bracket = replace(bracket, lower=value, at_lower=found)
-        return replace(bracket, value=self._between(bracket))
-
-    def _between(self, bracket: Bracket) -> float:
-        """Where the column crosses the value, if it is linear in the key, or in its logarithm."""
-        if bracket.at_lower == self.crosses:  # and perhaps at the upper end
-            return bracket.lower
-        share = (self.crosses - bracket.at_lower) / (bracket.at_upper - bracket.at_lower)
-        if self.scale == "log":
-            return float(bracket.lower * (bracket.upper / bracket.lower) ** share)
-        return bracket.lower + share * (bracket.upper - bracket.lower)
-
-
-@dataclass(frozen=True)
-class Bracket:
-    """The state of a search: values of the key between which the column crosses the value."""
-
-    lower: float
-    upper: float
-    at_lower: float
-    """The column at the lower end; NaN if it is not known."""
-    at_upper: float
-    trials: int = 0
-    """Number of systems so far."""
-    next: float | None = None
-    """Next value of the key to try; None if the search has ended."""
-    value: float = math.nan
-    """Interpolated value of the key at the crossing; NaN if unknown."""
-    reason: str = ""
-    """Why the search has ended without a crossing; empty if it has not."""
+        return replace(bracket, value=bracket.root)
 
 
 def is_bisection(given: Any) -> bool:

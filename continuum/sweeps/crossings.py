@@ -11,11 +11,12 @@ from continuum.files import output
 from continuum.files.hdf5 import StoreError
 from continuum.files.tables import identity
 from continuum.files.toml import text_of
+from continuum.path.crossing import Bracket
 from continuum.path.state import JumpSide, Outcome
 from continuum.runs.result import Result
 from continuum.sheet import Column, Sheet
 from continuum.sweeps.axes import System, label_of
-from continuum.sweeps.bisection import Bisection, Bracket
+from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.columns import OwnColumn, columns_of
 from continuum.sweeps.folder import Folder, names
 from continuum.sweeps.measured import SystemTable, numbers_of

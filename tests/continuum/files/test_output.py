@@ -92,3 +92,10 @@ def test_a_file_is_replaced_by_one_that_begins_alike_or_says_whose_it_is(
     with pytest.raises(OutputError):
         output.save(path, marked)
     assert output.save(path, marked, own=True).read_bytes() == marked
+
+
+def test_a_figure_of_a_page_is_there_as_png_in_whatever_formats_it_is_asked_for(tmp_path: Path) -> None:
+    with written_as(["svg"]):
+        assert save_figure(new_figure(1, 1), tmp_path / "alone").suffix == ".svg"
+        assert save_figure(new_figure(1, 1), tmp_path / "shown", page=True).suffix == ".png"
+    assert {path.name for path in tmp_path.iterdir()} == {"alone.svg", "shown.png", "shown.svg"}

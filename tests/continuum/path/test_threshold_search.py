@@ -217,32 +217,39 @@ def test_there_is_no_threshold_where_the_load_hardly_depends_on_the_work(monkeyp
     assert len(every) <= 3 * threshold_search.MOST_TOGETHER
 
 
-def trial(work: float, ratio: float) -> threshold_search._Trial:
-    """What a bracket asks of a trial."""
-    return cast(threshold_search._Trial, SimpleNamespace(work=work, ratio=ratio))
-
-
 @pytest.mark.parametrize("below", [-0.03, -0.012, -0.004])
 @pytest.mark.parametrize("above", [0.004, 0.012, 0.03])
 def test_two_trials_close_a_bracket_of_both_ends(below: float, above: float) -> None:
-    width, work = float(np.log1p(0.02)), 0.001
-    bracket = threshold_search._Bracket(width, 100)
+    trials = threshold_search._Trials(float(np.log1p(0.02)), 100)
     for at in (below, above):
-        bracket.add(trial(work * np.exp(at), 0.8 * at))
+        trials.bracket = trials.bracket.add(at, 0.8 * at)
     for _ in range(2):
-        between = bracket.between()
+        between = trials.between()
         assert between is not None
-        if not bracket.closed:
-            bracket.add(trial(float(np.exp(between)), 0.8 * (between - np.log(work))))
-    assert bracket.closed
+        if not trials.closed:
+            trials.bracket = trials.bracket.add(between, 0.8 * between)
+    assert trials.closed
 
 
 def test_a_bracket_of_one_end_aims_farther_each_time_that_the_other_is_not_reached() -> None:
-    bracket = threshold_search._Bracket(0.02, 100)
+    trials = threshold_search._Trials(0.02, 100)
     aims = []
-    for work in (0.001, 0.0011, 0.0012):
-        bracket.add(trial(work, -0.05))
-        aims.append(bracket.aim(-0.05))
+    for place in (0.0, 0.1, 0.2):
+        trials.bracket = trials.bracket.add(place, -0.05)
+        aims.append(trials.aim(-0.05))
     assert aims[0] < 0 < aims[1] < aims[2]
-    bracket.add(trial(0.0013, 0.01))
-    assert bracket.aim(0.01) == -0.02 / 3
+    trials.bracket = trials.bracket.add(0.3, 0.01)
+    assert trials.aim(0.01) == -0.02 / 3
+
+
+def test_the_ends_are_the_last_trials_on_both_sides_though_the_work_be_the_same() -> None:
+    """A work that is held while the mean gap is looked for is tried more than once."""
+    trials = threshold_search._Trials(0.02, 100)
+    one, again, above = (
+        cast(threshold_search._Trial, SimpleNamespace(place=place, ratio=ratio))
+        for place, ratio in ((0.1, -0.2), (0.1, -0.1), (0.1, 0.1))
+    )
+    for each, ends in ((one, (one,)), (again, (again,)), (above, (again, above))):
+        trials.add(each)
+        assert trials.ends == ends
+    assert trials.closed

@@ -94,7 +94,7 @@ def test_where_nothing_crosses_or_nothing_is_known_it_says_so() -> None:
     assert none.reason == "no crossing between 0.002 and 0.02: load is 2 and 3"
     assert math.isnan(none.value)
     assert "no load at adhesion_length 0.02" in one.follow({0.002: 2.0, 0.02: math.nan}.get).reason
-    third = one.middle(0.002, 0.02)
+    third = one.middle(one.whole)
     broken = one.follow({0.002: 2.0, 0.02: -3.0, third: math.nan}.get)
     assert (broken.next, broken.trials) == (None, 3)
     assert f"no load at adhesion_length {third:g}" in broken.reason
