@@ -224,16 +224,10 @@ class _Comparison:
 
     def on_atoms(self, name: RungName, of: Specimen, linear: Rung, label: str) -> tuple[Rung, DeckResult]:
         """Atoms at the separation of their lattice, and the result of LAMMPS."""
-        deck = Deck(
-            of.slab,
-            of.model,
-            self.wall,
-            self.heights,
-            linear.separation,
-            lattice_start(of.response, self.wall, linear.gap),
-            tolerance=self.config.solver.force_tolerance * self.path.rms_slope,
-            rise=of.response.rise,
-        )
+        start, rise = lattice_start(of.response, self.wall, linear.gap), of.response.rise
+        tolerance = self.config.solver.force_tolerance * self.path.rms_slope
+        under = of.slab, of.model, self.wall, self.heights, linear.separation
+        deck = Deck(*under, start, tolerance=tolerance, rise=rise)
         # With another LAMMPS command the library may be missing in this process: the deck then does all the work.
         response = of.response if self.lmp_command is None else None
         with tempfile.TemporaryDirectory() as scratch:
@@ -262,13 +256,8 @@ class _Comparison:
             step: compare(at_mean_gap_of_atoms if step == "total" else rungs[a], rungs[b], self.wall)
             for step, (a, b) in steps.items()
         }
-        loads = loads_at_area(
-            {name: partial(self.on, name, start=rungs[name].gap) for name in CONTINUUM_RUNGS},
-            rungs,
-            self.wall,
-            self.path.rms_slope,
-            float(self.heights.std()),
-        )
+        solvers = {name: partial(self.on, name, start=rungs[name].gap) for name in CONTINUUM_RUNGS}
+        loads = loads_at_area(solvers, rungs, self.wall, self.path.rms_slope, float(self.heights.std()))
         half_space = self.problems["half-space"]
         rigid = solve(half_space, "separation", chosen.separation, self.settings)
         load = rung_of(half_space, "half-space", rigid).totals.load

@@ -5,8 +5,6 @@ functions that it calls it does not look.  Its name for the file of the code hol
 so that name is given a digest of the sources that any sweep calls from elsewhere, the formulas of the laws first.
 """
 
-from __future__ import annotations
-
 import hashlib
 import logging
 import sys

@@ -45,6 +45,8 @@ def test_a_sweep_calls_compiled_code_of_its_own_file_and_of_the_named_sources_on
                     todo.append(value.py_func)
             elif used == "TILE":
                 assert value == compiled.TILE
+            elif f"\n{used} = " in inspect.getsource(inspect.getmodule(function)):
+                assert isinstance(value, int | float)  # of the file that numba looks at
             else:
                 assert value is None or inspect.ismodule(value), used
 
