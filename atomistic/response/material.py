@@ -177,5 +177,6 @@ class _Strained(Cell):
         def energy(v: float) -> float:
             return self.energy(self._edge(v) * self._box)
 
-        ends, exact = (0.7 * volume, 1.6 * volume), {"xatol": 1e-4 * volume}
-        return float(scipy.optimize.minimize_scalar(energy, bounds=ends, method="bounded", options=exact).fun)
+        ends, error = (0.7 * volume, 1.6 * volume), 1e-4 * volume
+        found = scipy.optimize.minimize_scalar(energy, bounds=ends, method="bounded", options={"xatol": error})
+        return float(found.fun)

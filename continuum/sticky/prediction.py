@@ -175,10 +175,10 @@ class PredictionNumbers:
 
 def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None) -> RoughContact:
     """Roughness and interface for the criteria; with λ_L if it is known."""
-    adhesion, coated = (interface.work_of_adhesion, interface.range), interface.coating is not None
-    energy = None if coated else cut.conformal_energy * interface.contact_modulus
-    elastic = interface.contact_modulus, energy, interface.spacing
-    return RoughContact(*cut.moments, *adhesion, *elastic, roll_off, coated=coated)
+    coated, spacing, modulus = interface.coating is not None, interface.spacing, interface.contact_modulus
+    energy = None if coated else cut.conformal_energy * modulus
+    given = *cut.moments, interface.work_of_adhesion, interface.range, modulus
+    return RoughContact(*given, conformal_energy=energy, spacing=spacing, roll_off=roll_off, coated=coated)
 
 
 Kind = TypeVar("Kind", bound=PredictionNumbers)

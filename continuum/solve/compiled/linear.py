@@ -34,17 +34,15 @@ class SteppedPasses(Passes):
 
     def low_modes(self, shift: float, size: float) -> Real:
         assert self.linear is not None
-        given = self.spectra, shift, self.low_part[0], self.linear.x, size
-        return self.low(lambda a, b, sums: sweeps.finish_low_modes(a, b, sums, *given))
+        return self.low(sweeps.finish_low_modes, self.spectra, shift, self.low_part[0], self.linear.x, size)
 
     def low_gradient(self, shift: float) -> Real:
-        given = self.spectra, shift, self.low_part[0]
-        return self.low(lambda a, b, sums: sweeps.low_gradient(a, b, sums, *given))
+        return self.low(sweeps.low_gradient, self.spectra, shift, self.low_part[0])
 
     def low_direction(self, beta: float) -> None:
         """Set d <- beta d - s for the modes of the coarser grid."""
         given = self.spectra, self.low_part[0], beta
-        self.low(lambda a, b, sums: sweeps.low_direction(a, b, sums, *given), inverse=True)
+        self.low_inverse(lambda a, b, sums: sweeps.low_direction(a, b, sums, *given))
 
     def modes(self, shift: float, *, coarse: bool) -> tuple[Low, float]:
         """Rows and columns that a sweep leaves to the coarser grid, and c0 for the others."""

@@ -110,8 +110,7 @@ class Passes:
 
     def restrict_q(self, spectrum: Real, coarse: Real, size: float = 1.0) -> None:
         """Set a spectrum of the coarser grid to the modes of this one's over ``size``, without Nyquist modes."""
-        rows, columns, _ = self.low_part
-        self.low(lambda a, b, sums: sweeps.restrict_modes(a, b, sums, spectrum, coarse, rows, columns, size))
+        self.low(sweeps.restrict_modes, spectrum, coarse, *self.low_part[:2], size)
 
     # --- passes ------------------------------------------------------------------------------------------------
 
@@ -142,7 +141,7 @@ class Passes:
     ) -> Real:
         """Over the modes, after the other half of a forward transform and before half an inverse one.
 
-        With ``keep_low`` the modes of the coarser grid are not transformed back yet: :meth:`low` does so.
+        With ``keep_low`` the modes of the coarser grid are not transformed back yet: :meth:`low_inverse` does so.
         """
         if not keep_low:
             return self._columns(self.column_edges, sweep, forward, inverse)
@@ -150,9 +149,13 @@ class Passes:
         sums += self._columns(self.high_edges, sweep, forward, inverse)
         return sums
 
-    def low(self, sweep: Sweep, *, inverse: bool = False) -> Real:
-        """Over the modes of the coarser grid."""
-        return self._columns(self.low_edges, sweep, False, inverse)
+    def low(self, sweep: Task[Given], *given: Given.args, **named: Given.kwargs) -> Real:
+        """Over the modes of the coarser grid, without a transform."""
+        return self.over(sweep, self.low_edges, *given, **named)
+
+    def low_inverse(self, sweep: Sweep) -> None:
+        """Over the same modes, which are then transformed back as :meth:`spectral` does it."""
+        self._columns(self.low_edges, sweep, False, True)
 
     def _columns(self, edges: Sequence[int], sweep: Sweep | None, forward: bool, inverse: bool) -> Real:
         """Over the columns between the edges, after and before a transform of ``work_q`` along them."""
