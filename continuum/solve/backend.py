@@ -55,21 +55,15 @@ def back_end(device: str) -> BackEnd:
 class BackEnd(ABC):
     """A device, by its name; its module has the class, or what makes one, as ``BACK_END``."""
 
+    SMALLEST = 128
+    """Grids of no more points along a side have no coarser one: there calls, not points, would take the time."""
     LEVELS = 3
     """Grids that a step of the smooth solver uses, at most."""
+    CAUTION = ""
+    """What its user has to know before relying on it; empty for nothing."""
 
     def __init__(self, device: str) -> None:
         self.device = device
-
-    @property
-    def SMALLEST(self) -> int:
-        """Grids of no more points along a side have no coarser one: where calls, not points, would take the time."""
-        return 128
-
-    @property
-    def CAUTION(self) -> str:
-        """What its user has to know before relying on it; empty for nothing."""
-        return ""
 
     def require(self) -> None:  # noqa: B027 (by default nothing is missing)
         """Raise :class:`continuum.errors.InputError`, with what to install, where this machine cannot run it."""

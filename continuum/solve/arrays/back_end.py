@@ -27,12 +27,12 @@ class ArrayBackEnd(BackEnd):
         return found(self.device)
 
     @cached_property
-    def SMALLEST(self) -> int:
+    def SMALLEST(self) -> int:  # type: ignore[override]
         # On smaller grids of a GPU a launch costs as much as a pass.
         return 512 if self.library.name() else 128
 
     @cached_property
-    def CAUTION(self) -> str:
+    def CAUTION(self) -> str:  # type: ignore[override]
         if not self.library.name():
             return ""
         return (
