@@ -41,14 +41,9 @@ def datasets_of(results: Sequence[PathResult]) -> dict[str, Dataset]:
     """
     states = [(result, state) for result in results for state in result.states]
     rungs = [rung for rung in RUNGS if rung in states[0][1].rungs]
-    return {
-        "rung": Dataset(np.array(rungs), ("rung",), "", "model of the substrate"),
-        **_about_states(states),
-        **_differences(states),
-        **_about_rungs(states, rungs),
-        **_fields(states, rungs),
-        **_curves(results),
-    }
+    names = {"rung": Dataset(np.array(rungs), ("rung",), "", "model of the substrate")}
+    found = _about_states(states) | _differences(states) | _about_rungs(states, rungs) | _fields(states, rungs)
+    return names | found | _curves(results)
 
 
 States = Sequence[tuple[PathResult, ValidatedState]]

@@ -189,16 +189,8 @@ def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVer
     if fits:
         worst = max(fits, key=lambda fit: (np.isnan(fit.fitted), abs(fit.fitted - table.expected)))
         off, state = abs(worst.fitted - table.expected), f"seed {worst.seed}, A_rep/A0 = {worst.area:g}"
-    return BoundVerdict(
-        case.name,
-        f"exponent of {table.quantity} over h' = {slopes}",
-        f"{table.expected:g} ± {table.tolerance:g}",
-        off,
-        table.tolerance,
-        len(fits),
-        table.reason,
-        state,
-    )
+    quantity, bound = f"exponent of {table.quantity} over h' = {slopes}", f"{table.expected:g} ± {table.tolerance:g}"
+    return BoundVerdict(case.name, quantity, bound, off, table.tolerance, len(fits), table.reason, state)
 
 
 def exponents(columns: Columns, slopes: tuple[float, ...] | None = None) -> Iterator[Exponent]:
@@ -216,13 +208,6 @@ def exponents(columns: Columns, slopes: tuple[float, ...] | None = None) -> Iter
             d = np.abs(columns[f"nonlinearity_{quantity}"][mine][order])
             usable = bool(np.isfinite(d).all() and (d > 0).all())
             local = np.diff(np.log(d)) / np.diff(np.log(h)) if usable else np.full(h.size - 1, np.nan)
-            yield Exponent(
-                case,
-                float(columns["adhesion_length"][mine][0]),
-                quantity,
-                seed,
-                area,
-                tuple(h.tolist()),
-                float(np.polyfit(np.log(h), np.log(d), 1)[0]) if usable else np.nan,
-                tuple(local.tolist()),
-            )
+            fitted = float(np.polyfit(np.log(h), np.log(d), 1)[0]) if usable else np.nan
+            length = float(columns["adhesion_length"][mine][0])
+            yield Exponent(case, length, quantity, seed, area, tuple(h.tolist()), fitted, tuple(local.tolist()))

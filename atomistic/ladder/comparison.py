@@ -14,19 +14,8 @@ import numpy as np
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.interatomic import Springs
-from atomistic.ladder.rungs import (
-    CONTINUUM_RUNGS,
-    Difference,
-    Rung,
-    RungName,
-    approach_and_retract,
-    beside_jump,
-    compare,
-    loads_at_area,
-    response_of,
-    rung_of,
-    state_at_area,
-)
+from atomistic.ladder import rungs as ladder
+from atomistic.ladder.rungs import CONTINUUM_RUNGS, Difference, Rung, RungName
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.engine import runner
 from atomistic.lammps.result import DeckResult
@@ -194,7 +183,7 @@ class _Comparison:
     @cached_property
     def problems(self) -> dict[RungName, ContactProblem]:
         lattice, constants = self.specimen.response, self.specimen.model.elastic_constants
-        responses = {name: response_of(name, lattice, constants) for name in CONTINUUM_RUNGS}
+        responses = {name: ladder.response_of(name, lattice, constants) for name in CONTINUUM_RUNGS}
         if self.springs is not None:
             responses["spring-lattice"] = self.springs.response
         return {name: ContactProblem(self.grid, self.wall, self.heights, each) for name, each in responses.items()}
@@ -205,13 +194,13 @@ class _Comparison:
 
     def result(self) -> PathResult:
         lattice = self.problems["lattice"]
-        states = list(approach_and_retract(lattice, max(self.path.areas), self.settings))
-        beside = beside_jump(lattice, states) if self.path.jump else {}
+        states = list(ladder.approach_and_retract(lattice, max(self.path.areas), self.settings))
+        beside = ladder.beside_jump(lattice, states) if self.path.jump else {}
         taken = [(place, state.area_rep, state.branch, state) for place, state in beside.items()] + [
             ("area", area, branch, state)
             for branch in self.path.branches
             for area in self.path.areas
-            if (state := state_at_area(lattice, states, area, branch, self.settings)) not in beside.values()
+            if (state := ladder.state_at_area(lattice, states, area, branch, self.settings)) not in beside.values()
         ]
         compared = tuple(self.compared(*each) for each in taken)
         curves = self.curves(states) if self.path.curves else {}
@@ -220,20 +209,14 @@ class _Comparison:
     def on(self, name: RungName, mean_gap: float, start: Real) -> Rung:
         """A continuum rung at a mean gap."""
         state = solve(self.problems[name], "mean-gap", mean_gap, self.settings, start)
-        return rung_of(self.problems[name], name, state)
+        return ladder.rung_of(self.problems[name], name, state)
 
     def on_atoms(self, name: RungName, of: Specimen, linear: Rung, label: str) -> tuple[Rung, DeckResult]:
         """Atoms at the separation of their lattice, and the result of LAMMPS."""
-        deck = Deck(
-            of.slab,
-            of.model,
-            self.wall,
-            self.heights,
-            linear.separation,
-            lattice_start(of.response, self.wall, linear.gap),
-            tolerance=self.config.solver.force_tolerance * self.path.rms_slope,
-            rise=of.response.rise,
-        )
+        start, rise = lattice_start(of.response, self.wall, linear.gap), of.response.rise
+        tolerance = self.config.solver.force_tolerance * self.path.rms_slope
+        under = of.slab, of.model, self.wall, self.heights, linear.separation
+        deck = Deck(*under, start, tolerance=tolerance, rise=rise)
         # With another LAMMPS command the library may be missing in this process: the deck then does all the work.
         response = of.response if self.lmp_command is None else None
         with tempfile.TemporaryDirectory() as scratch:
@@ -244,7 +227,7 @@ class _Comparison:
 
     def compared(self, place: str, area: float, branch: Branch, chosen: PathState) -> ValidatedState:
         """A state of the lattice on all rungs."""
-        reference = rung_of(self.problems["lattice"], "lattice", chosen)
+        reference = ladder.rung_of(self.problems["lattice"], "lattice", chosen)
         rungs = {name: self.on(name, reference.mean_gap, reference.gap) for name in CONTINUUM_RUNGS[:-1]}
         began = time.perf_counter()
         label = f"{self.path.case}-h{self.path.rms_slope:g}-seed{self.path.seed}-a{area:g}-{branch}"
@@ -259,19 +242,14 @@ class _Comparison:
         atoms = rungs["atoms"]
         at_mean_gap_of_atoms = self.on("half-space", atoms.mean_gap, atoms.gap)
         differences = {
-            step: compare(at_mean_gap_of_atoms if step == "total" else rungs[a], rungs[b], self.wall)
+            step: ladder.compare(at_mean_gap_of_atoms if step == "total" else rungs[a], rungs[b], self.wall)
             for step, (a, b) in steps.items()
         }
-        loads = loads_at_area(
-            {name: partial(self.on, name, start=rungs[name].gap) for name in CONTINUUM_RUNGS},
-            rungs,
-            self.wall,
-            self.path.rms_slope,
-            float(self.heights.std()),
-        )
+        solvers = {name: partial(self.on, name, start=rungs[name].gap) for name in CONTINUUM_RUNGS}
+        loads = ladder.loads_at_area(solvers, rungs, self.wall, self.path.rms_slope, float(self.heights.std()))
         half_space = self.problems["half-space"]
         rigid = solve(half_space, "separation", chosen.separation, self.settings)
-        load = rung_of(half_space, "half-space", rigid).load
+        load = ladder.rung_of(half_space, "half-space", rigid).load
         ratio = load / reference.load
         return ValidatedState(
             rungs, differences, loads, seconds, place, area, branch, ratio, found.largest_force, found.evaluations
@@ -280,7 +258,7 @@ class _Comparison:
     def curves(self, states: list[PathState]) -> Curves:
         """Area and load along the approach, on every continuum rung at the mean gaps of the lattice."""
         approach = [state for state in states if state.branch != "retract"]
-        lattice = [rung_of(self.problems["lattice"], "lattice", state) for state in approach]
+        lattice = [ladder.rung_of(self.problems["lattice"], "lattice", state) for state in approach]
         found: Curves = {}
         for name in CONTINUUM_RUNGS:
             rungs = [r if name == "lattice" else self.on(name, r.mean_gap, r.gap) for r in lattice]

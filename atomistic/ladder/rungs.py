@@ -26,7 +26,7 @@ move as the lattice does: the differences of gap and load from those of the latt
 The error is of second order in that difference.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -230,7 +230,7 @@ def kinds_of(rung: Rung, wall: Wall) -> NDArray[np.uint8]:
 
 
 def loads_at_area(
-    states: dict[RungName, Solve], rungs: dict[RungName, Rung], wall: Wall, rms_slope: float, rms_height: float
+    states: Mapping[RungName, Solve], rungs: dict[RungName, Rung], wall: Wall, rms_slope: float, rms_height: float
 ) -> dict[RungName, float]:
     """N/A0 of each rung with as many repulsive points as the lattice; NaN if the rung jumps over that area.
 

@@ -414,10 +414,8 @@ def discreteness(response: LatticeResponse, constants: CubicConstants) -> Discre
     fitted = (2 * np.pi / q >= _LONG) & (q * depth > 4)
     if np.count_nonzero(fitted) < 20:
         raise ValueError(f"a slab {response.slab.shape} has too few long waves: take 48 x 48 surface atoms or more")
-    powers, of_angle = (
-        q[fitted, None] ** np.arange(3),
-        np.stack([np.ones(fitted.sum()), np.cos(4 * angle[fitted])], axis=1),
-    )
+    powers = q[fitted, None] ** np.arange(3)
+    of_angle = np.stack([np.ones(fitted.sum()), np.cos(4 * angle[fitted])], axis=1)
     basis = (powers[:, :, None] * of_angle[:, None, :]).reshape(fitted.sum(), -1)
     found = np.linalg.lstsq(basis, difference[fitted] / q[fitted])[0]
     return Discreteness(2 * np.pi / q, angle, difference, float(found[0] + found[1]), float(found[0] - found[1]))

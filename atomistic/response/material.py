@@ -165,22 +165,18 @@ class _Strained(Cell):
                 f"no fcc crystal at zero pressure with nearest neighbours {edges[0]:.4g} to {edges[-1]:.4g} apart: "
                 f"{self._potential.reference}"
             )
-        return float(
-            scipy.optimize.brentq(
-                lambda edge: float(self.pressed(edge * self._box).sum()),
-                edges[i - 1],
-                edges[i + 1],
-                xtol=1e-15 * edges[i],
-                rtol=1e-15,
-            )
-        )
+
+        def pull(edge: float) -> float:
+            return float(self.pressed(edge * self._box).sum())
+
+        return float(scipy.optimize.brentq(pull, edges[i - 1], edges[i + 1], xtol=1e-15 * edges[i], rtol=1e-15))
 
     def lowest(self, volume: float) -> float:
         """Lowest energy per atom between 0.7 and 1.6 times a volume per atom."""
-        found = scipy.optimize.minimize_scalar(
-            lambda v: self.energy(self._edge(v) * self._box),
-            bounds=(0.7 * volume, 1.6 * volume),
-            method="bounded",
-            options={"xatol": 1e-4 * volume},
-        )
+
+        def energy(v: float) -> float:
+            return self.energy(self._edge(v) * self._box)
+
+        ends, error = (0.7 * volume, 1.6 * volume), 1e-4 * volume
+        found = scipy.optimize.minimize_scalar(energy, bounds=ends, method="bounded", options={"xatol": error})
         return float(found.fun)

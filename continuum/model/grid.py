@@ -12,16 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum.arguments import array, count, number, pair
-from continuum.model.fourier import (
-    Complex,
-    Real,
-    block_edges,
-    columns_forward,
-    columns_inverse,
-    padded,
-    rows_forward,
-    rows_inverse,
-)
+from continuum.model import fourier
+from continuum.model.fourier import Complex, Real, block_edges, padded
 from continuum.tables import LARGEST_N, Fault, Table, both_directions, constraint
 
 SHORTEST, LONGEST = 1e-30, 1e30
@@ -140,9 +132,9 @@ class Grid:
         values = np.asarray(array("values", values, self.shape), dtype=np.float64)
         spectrum: Complex = padded(self.shape_q, np.complex128)
         for a, b in pairwise(block_edges(self.shape[0], self.size)):
-            rows_forward(values[a:b], spectrum[a:b])
+            fourier.rows_forward(values[a:b], spectrum[a:b])
         for a, b in pairwise(block_edges(self.shape_q[1], self.size)):
-            columns_forward(spectrum[:, a:b])
+            fourier.columns_forward(spectrum[:, a:b])
         return spectrum
 
     def inverse(self, values_q: Complex, *, overwrite: bool = False) -> Real:
@@ -156,9 +148,9 @@ class Grid:
             spectrum = padded(self.shape_q, np.complex128)
             spectrum[...] = values_q
         for a, b in pairwise(block_edges(self.shape_q[1], self.size)):
-            columns_inverse(spectrum[:, a:b])
+            fourier.columns_inverse(spectrum[:, a:b])
         for a, b in pairwise(block_edges(self.shape[0], self.size)):
-            rows_inverse(spectrum[a:b], values[a:b])
+            fourier.rows_inverse(spectrum[a:b], values[a:b])
         return values
 
     @property
@@ -196,22 +188,18 @@ def _half(n: int) -> int:
     return n // 2 if n % 4 == 0 else 8 * round(n / 16)
 
 
+_POINTS = f"a whole number from 2 to {LARGEST_N}, or two in a list [nx, ny]"
+_PERIOD = f"a whole number of a0 from 1 to {LARGEST_N}, or two [Lx, Ly]"
+
+
 class GridTable(Table):
     """[grid]: the points of the surface, one or k x k for each surface atom."""
 
-    n: Annotated[
-        tuple[int, int],
-        both_directions(
-            int, 1, LARGEST_N, f"a whole number from 2 to {LARGEST_N}, or two in a list [nx, ny]", one_for_both=True
-        ),
-    ]
+    n: Annotated[tuple[int, int], both_directions(int, 1, LARGEST_N, _POINTS, one_for_both=True)]
     """points along x and y; [1, ny] is a line"""
-    period: Annotated[
-        tuple[float, float] | None,
-        both_directions(
-            float, 1, LARGEST_N, f"a whole number of a0 from 1 to {LARGEST_N}, or two [Lx, Ly]", one_for_both=True
-        ),
-    ] = None
+    period: Annotated[tuple[float, float] | None, both_directions(float, 1, LARGEST_N, _PERIOD, one_for_both=True)] = (
+        None
+    )
     """period along x and y, in a0; n if not given"""
 
     @property
@@ -223,7 +211,7 @@ class GridTable(Table):
     def _enough_points(self) -> Iterator[Fault]:
         if self.n[1] < 2:
             cause = "a line lies along y: [1, ny]" if self.n[0] > 1 else ""
-            yield Fault(("n",), f"a whole number from 2 to {LARGEST_N}, or two in a list [nx, ny]", cause)
+            yield Fault(("n",), _POINTS, cause)
 
     @constraint
     def _whole_atoms(self) -> Iterator[Fault]:

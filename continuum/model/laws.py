@@ -38,14 +38,6 @@ class Law(NamedTuple):
     """Gap beyond which traction and energy vanish, in a0; infinite if they do not."""
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def _below(z: float, core: float, at_core: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Continue a law below its core with constant stiffness."""
-    energy, traction, stiffness = at_core
-    x = z - core
-    return energy + x * (0.5 * x * stiffness - traction), traction - x * stiffness, stiffness
-
-
 @njit(cache=True, error_model="numpy")
 def _multiply_power(base: Real, exponent: int, out: Real) -> None:
     """Multiply by an integer power of each number, by squaring."""
@@ -57,15 +49,6 @@ def _multiply_power(base: Real, exponent: int, out: Real) -> None:
         exponent >>= 1
         for j in range(out.size):
             square[j] *= square[j]
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _sum_of_powers(c: float, m: float, n: float, i: float, high: float, low: float) -> tuple[float, float, float]:
-    """Energy c [z^-m/m - z^-n/n] and its derivatives, from i = 1/z, i^m and i^n."""
-    energy = c * (high / m - low / n)
-    traction = c * (high - low) * i
-    stiffness = c * ((m + 1) * high - (n + 1) * low) * i * i
-    return energy, traction, stiffness
 
 
 @njit(cache=True, error_model="numpy")
@@ -84,7 +67,8 @@ def _inverse_powers(gap: Real, p: Real, response: Real) -> None:
     _multiply_power(inverse, int(m - n), repulsion)
     for j in range(gap.size):
         i, high, low = inverse[j], repulsion[j], attraction[j]
-        energy, traction, stiffness = _sum_of_powers(c, m, n, i, high, low)
+        energy, traction = c * (high / m - low / n), c * (high - low) * i
+        stiffness = c * ((m + 1) * high - (n + 1) * low) * i * i
         below = gap[j] - core if gap[j] < core else 0.0
         response[0, j] = energy + below * (0.5 * below * stiffness - traction)
         response[1, j] = traction - below * stiffness
@@ -149,12 +133,10 @@ def table(z: float, p: Real) -> tuple[float, float, float]:
     x = y - p[1 + low]
     at = 2 + 2 * n + 4 * low
     a, b, c, d = p[at], p[at + 1], p[at + 2], p[at + 3]
-    here = (
-        p[2 + n + low] - x * (d + x * (c / 2 + x * (b / 3 + x * a / 4))),
-        d + x * (c + x * (b + x * a)),
-        -(c + x * (2 * b + x * 3 * a)),
-    )
-    return _below(z, p[1], here) if z < p[1] else here
+    energy = p[2 + n + low] - x * (d + x * (c / 2 + x * (b / 3 + x * a / 4)))
+    traction, stiffness = d + x * (c + x * (b + x * a)), -(c + x * (2 * b + x * 3 * a))
+    below = z - y  # below the first knot the law continues with constant stiffness
+    return energy + below * (0.5 * below * stiffness - traction), traction - below * stiffness, stiffness
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp"})

@@ -10,16 +10,10 @@ import numpy as np
 from pydantic import Field
 
 from continuum.arguments import ArgumentError, count, instance
+from continuum.model import surface
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.surface import (
-    LARGEST_SLOPE,
-    SMALLEST_SLOPE,
-    Moments,
-    SelfAffineSpectrum,
-    Slope,
-    Surface,
-)
+from continuum.model.surface import Moments, SelfAffineSpectrum, Slope, Surface
 from continuum.tables import LARGEST_N, Fault, InInputs, Positive, Seed, both_directions, constraint
 
 HIGHEST = 1e30
@@ -66,9 +60,9 @@ class SelfAffineSurface(SelfAffineSpectrum, kind="self-affine"):
             assert self.rms_slope is not None
             return self.rms_slope
         slope = self.rms_height / self.spectrum(1.0).expected_moments(grid).rms_height
-        if not SMALLEST_SLOPE <= slope <= LARGEST_SLOPE:
-            least, most = (bound / slope * self.rms_height for bound in (SMALLEST_SLOPE, LARGEST_SLOPE))
-            allowed = f"from {least:.3g} to {most:.3g} a0, where the rms slope is {LARGEST_SLOPE:g}"
+        if not surface.SMALLEST_SLOPE <= slope <= surface.LARGEST_SLOPE:
+            least, most = (bound / slope * self.rms_height for bound in (surface.SMALLEST_SLOPE, surface.LARGEST_SLOPE))
+            allowed = f"from {least:.3g} to {most:.3g} a0, where the rms slope is {surface.LARGEST_SLOPE:g}"
             raise ArgumentError("rms_height", self.rms_height, allowed)
         return slope
 

@@ -207,18 +207,10 @@ def dispute_sheets(thresholds: DataFrame) -> tuple[Sheet, Sheet]:
         raise FigureError("no surface of this sweep has its threshold at three λ_s: too few systems are done")
     names = [theory.name for theory in THEORIES]
     head = ["Δr/h_rms", *(["reversed at (h_rms)"] if peaked else []), "law", "H"]
-    measured = [
-        *head,
-        "surfaces",
-        "λ_s (a0)",
-        "Δr/g0",
-        "μ_T",
-        "thresholds in the range of Eq. (6)",
-        "measured, 95 %",
-        *(f"{name} (limit)" for name in names),
-    ]
+    measured = ["surfaces", "λ_s (a0)", "Δr/g0", "μ_T", "thresholds in the range of Eq. (6)", "measured, 95 %"]
+    columns = [*head, *measured, *(f"{name} (limit)" for name in names)]
     return (
-        Sheet.of("Exponents of λ_s", measured, exponents),
+        Sheet.of("Exponents of λ_s", columns, exponents),
         Sheet.of("Work at the threshold over that of each theory", [*head, "thresholds", *names], works),
     )
 
@@ -228,16 +220,9 @@ def draw_crossovers(thresholds: DataFrame, title: str) -> Drawing:
     """Draw the work at the crossover against λ_s: means over surfaces with scatter, and a line for each theory."""
     rows = sorted(set(zip(thresholds["range"], thresholds.peak, strict=True)))
     columns = sorted(set(thresholds.hurst))
-    width = plot.PAGE if len(columns) > 1 else plot.COLUMN
-    figure, axes = plot.new_axes(
-        width,
-        1.75 * len(rows) + (0.9 if len(columns) > 1 else 1.7),
-        len(rows),
-        len(columns),
-        sharex=True,
-        sharey="row",
-        squeeze=False,
-    )
+    width, height = (plot.PAGE, 0.9) if len(columns) > 1 else (plot.COLUMN, 1.7)
+    size = width, 1.75 * len(rows) + height, len(rows), len(columns)
+    figure, axes = plot.new_axes(*size, sharex=True, sharey="row", squeeze=False)
     body, titles = [], []
     for i, (reach, peak) in enumerate(rows):
         for axis, hurst in zip(axes[i], columns, strict=True):

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from pandas import DataFrame
 
 from continuum.files import output
-from continuum.paper import fields, further, relations
+from continuum.paper import fields, relations
 from continuum.paper.points import FigureError, SweepData, figure_table
 from continuum.sheet import Sheet
 from continuum.show import plot
@@ -102,8 +102,8 @@ def _inverse_kappa(title: str, column: str, key: str, label: str, *along: str) -
         title,
         _along(f"surface.{key}", "reference"),
         f"this figure needs a sweep over surface.{key}, with points of enough contact at two values at least",
-        partial(further.inverse_kappas, key=key, column=column, along=along),
-        partial(further.draw_inverse_kappas, label=label),
+        partial(relations.inverse_kappas, key=key, column=column, along=along),
+        partial(relations.draw_inverse_kappas, label=label),
         f"{title}; means over surfaces, bars their standard deviation.",
     )
 
@@ -171,7 +171,7 @@ FIGURES: dict[str, PaperFigure] = {
         "κ at 1 % area against λ_L, one period", "kappa", "lambda_L", r"$\lambda_L$ ($a_0$)",
     ),
     "other-potentials": PaperFigure(
-        "other potentials", _of_laws, "this figure needs a sweep over wall.law", further.laws, further.draw_laws,
+        "other potentials", _of_laws, "this figure needs a sweep over wall.law", relations.laws, relations.draw_laws,
         "Other laws of the wall beside the theory for the spline: means over surfaces, bars their standard deviation. "
         "A long range reaches more than the rim of the patches, all that Eq. (4) counts: 9-3 attracts twice as much as "
         "it says, and a spline as wide does, too.",
@@ -182,14 +182,14 @@ FIGURES: dict[str, PaperFigure] = {
         {"A_rep/A0": "area_rep", "kappa_rep/kappa": "load / load_rep",
          "k_N h_rms/N_rep": "tangent_stiffness * (rms_height / load_rep)",
          "k_N h_rms/N_rep between points": "stiffness * (rms_height / load_rep)"},
-        further.draw_stiffnesses,
+        relations.draw_stiffnesses,
         "Normal stiffness over repulsive load against κ_rep/κ: of each equilibrium, by one linear solve with its "
         "Hessian; crosses: the slope between points, jumps included.",
     ),
     "pull-off": PaperFigure(
-        "pull-off", lambda data: further.whole_cycles(data.points),
+        "pull-off", lambda data: relations.whole_cycles(data.points),
         "this figure needs paths with a way back (retract = true) of which every point converged",
-        further.cycles, further.draw_cycles,
+        relations.cycles, relations.draw_cycles,
         "Cycles of load, and pull-off against how far the contact was pressed; peak loads and work are in the table.",
         whole=True,
     ),

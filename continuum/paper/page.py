@@ -12,10 +12,9 @@ from pandas import DataFrame
 from continuum.arguments import choice, file_name
 from continuum.files import output
 from continuum.front.sweeps import SweepRun
-from continuum.paper.claims import Claim, claim_points, claim_verdicts, stored_points, verdict_sheet
+from continuum.paper.claims import Claim, Finding, Word, claim_points, claim_verdicts, stored_points, verdict_sheet
 from continuum.paper.dispute import write_dispute
 from continuum.paper.figures import FIGURES, Drawing, save_drawing
-from continuum.paper.findings import Finding, Word
 from continuum.paper.points import FigureError, SweepData
 from continuum.sheet import Sheet
 from continuum.sweeps.collect import PointTable, collect

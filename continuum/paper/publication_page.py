@@ -1,7 +1,5 @@
 """The page of a published sweep: verdicts, figures, what each column holds, where it comes from, how to cite."""
 
-from __future__ import annotations
-
 import html
 import json
 import shlex

@@ -7,9 +7,11 @@ A back end is a subclass of :class:`BackEnd`, and a line in :data:`BACK_ENDS`.  
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from importlib import import_module
 
 import numpy as np
+import scipy
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -53,8 +55,8 @@ def back_end(device: str) -> BackEnd:
 class BackEnd(ABC):
     """A device, by its name; its module has the class, or what makes one, as ``BACK_END``."""
 
-    SMALLEST: int
-    """Grids of no more points along a side have no coarser one."""
+    SMALLEST = 128
+    """Grids of no more points along a side have no coarser one: there calls, not points, would take the time."""
     LEVELS = 3
     """Grids that a step of the smooth solver uses, at most."""
     CAUTION = ""
@@ -94,6 +96,16 @@ SPACING = 8
 """Points between the nodes on which the preconditioner under a bound extends the contact, nearly."""
 SPREAD = 0.1
 """Share of contact near by at which that extension is half the mean of the contact there."""
+
+
+def factor_of(excess: Callable[[float], float]) -> float | None:
+    """The factor of a pressure at which an excess vanishes that grows with it; None if there is none."""
+    low, high = 0.0, 1.0
+    while excess(high) < 0:
+        if high > STEEPEST:
+            return None
+        low, high = high, 4 * high
+    return None if excess(low) > 0 else float(scipy.optimize.brentq(excess, low, high, xtol=1e-300, rtol=1e-15))
 
 
 def nodes(grid: Grid) -> tuple[int, int]:

@@ -25,8 +25,6 @@ No contact mechanics here beyond the bound: K and the offset are all that it kno
 the grids, whose operations (:class:`continuum.solve.grids.BoundGrid`) return scalars.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -98,18 +96,9 @@ def constrain(
     coarse = dual.cascade(settings, COARSE_TOLERANCES) if start is None else dual.guess()
     status, outcome = dual.solve(settings)
     gap, traction = grid.hand_out(dual.level)
-    return Solution(
-        gap,
-        status,
-        outcome.residual,
-        max(len(dual.history) - 1, 0),
-        (grid.work, *coarse),
-        time.perf_counter() - began,
-        tuple(dual.history),
-        pressure=traction,
-        gap_error=outcome.gap_error,
-        duality_gap=outcome.duality_gap,
-    )
+    history, work, seconds = tuple(dual.history), (grid.work, *coarse), time.perf_counter() - began
+    found = gap, status, outcome.residual, max(len(history) - 1, 0), work, seconds, history
+    return Solution(*found, pressure=traction, gap_error=outcome.gap_error, duality_gap=outcome.duality_gap)
 
 
 class _Outcome(NamedTuple):

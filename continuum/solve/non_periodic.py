@@ -1,7 +1,6 @@
 """Equilibria of a part of a half-space, by the solver of a periodic surface of twice the size."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -60,16 +59,14 @@ class NonPeriodicSolver(Solver):
         if closer is not None:
             worth = closer.worth
             closer = Closer(closer.tolerance / 2, lambda gap: worth(self.boundary.inside(gap)))
-        posed = _of_all(**posed)
-        for far in self._distances(offset, lift, reach):
-            around = self.boundary.around(offset, far)
-            begin = (
-                None if start is None else self._start(law, around, start, lift, loaded=posed["mean_stiffness"] == 0)
-            )
-            found = super().minimise(law, around, begin, _closer(settings), lift=lift, closer=closer, **posed)
-            if not found.status.ok or _beside(self.boundary, found.gap).min() > reach:
-                break
-        return self._inside(found)
+        posed, settings, solve = _of_all(**posed), _closer(settings), super().minimise
+        loaded = posed["mean_stiffness"] == 0
+
+        def solved(around: Real) -> Solution:
+            begin = None if start is None else self._start(law, around, start, lift, loaded=loaded)
+            return solve(law, around, begin, settings, lift=lift, closer=closer, **posed)
+
+        return self._unfelt(offset, lift, reach, solved)
 
     def constrain(
         self,
@@ -82,14 +79,13 @@ class NonPeriodicSolver(Solver):
         **posed: Any,
     ) -> Solution:
         """As :meth:`minimise`, under a hard wall, where the start makes no difference."""
-        posed = _of_all(**posed)
-        for far in self._distances(offset, lift, 0.0):
+        posed, settings, solve = _of_all(**posed), _closer(settings), super().constrain
+
+        def solved(around: Real) -> Solution:
             # The energy is convex, and from the gap of a window alone no pressure follows.
-            around = self.boundary.around(offset, far)
-            found = super().constrain(around, None, _closer(settings), lift=lift, most=most, **posed)
-            if not found.status.ok or _beside(self.boundary, found.gap).min() > 0:
-                break
-        return self._inside(found)
+            return solve(around, None, settings, lift=lift, most=most, **posed)
+
+        return self._unfelt(offset, lift, 0.0, solved)
 
     def elastic_energy(self, offset: Real, solution: Solution) -> float:
         """½ <u, K u> per area of the window, of all of the half-space, in E* a0."""
@@ -136,11 +132,21 @@ class NonPeriodicSolver(Solver):
         error = float(np.sqrt(np.mean((image - value * v) ** 2))) / size
         return Stability(value, error, v / size, products, scale)
 
-    def _distances(self, offset: Real, lift: float, reach: float) -> list[float]:
-        """Offsets of the wall beside the window, each farther than the last."""
+    def _unfelt(self, offset: Real, lift: float, reach: float, solved: Callable[[Real], Solution]) -> Solution:
+        """The solution in the window with the wall beside it so far away that it does not act there.
+
+        Parameters
+        ----------
+        reach : gap beyond which the wall does not act.
+        solved : the solution of an offset all around.
+        """
         least, most = float(offset.min()), float(offset.max())
-        first = max(most, -lift) + reach + (most - least) + 1.0
-        return [first * FARTHER**attempt for attempt in range(ATTEMPTS)]
+        far = max(most, -lift) + reach + (most - least) + 1.0
+        for attempt in range(ATTEMPTS):
+            found = solved(self.boundary.around(offset, far * FARTHER**attempt))
+            if not found.status.ok or _beside(self.boundary, found.gap).min() > reach:
+                break
+        return self._inside(found)
 
     def _start(self, law: Law, around: Real, start: Real, lift: float, *, loaded: bool) -> Real:
         """Gap all around, of the displacement that an equilibrium of this gap has."""

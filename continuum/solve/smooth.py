@@ -26,8 +26,6 @@ No contact mechanics here: K, the offset and a law of the gap are all that it kn
 the grids, whose operations (:class:`continuum.solve.grids.SmoothGrid`) return scalars.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from functools import partial
@@ -37,8 +35,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
-from continuum.solve.coarse import coarse_step
-from continuum.solve.conjugate import Line, conjugate_line
+from continuum.solve.conjugate import Line, coarse_step, conjugate_line
 from continuum.solve.grids import SmoothGrid
 from continuum.solve.solution import Closer, Goal, Iteration, Settings, Solution, Status
 

@@ -1,7 +1,5 @@
 """A solver of one grid and one elastic response, whose arrays live as long as a path."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cached_property
 

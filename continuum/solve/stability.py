@@ -3,8 +3,6 @@
 Each product takes one pair of transforms, and LOBPCG is preconditioned by 1/(K + c0) as the solver is.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ transforms, preconditioned by 1/(K + c0) as the solver is.  MINRES takes Hessian
 Saunders, SIAM J. Numer. Anal. 12, 617 (1975)): a load-controlled surface may be unstable where its stiffness is asked.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import scipy
 from numpy.typing import NDArray

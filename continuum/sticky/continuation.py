@@ -78,14 +78,9 @@ class Continuation:
         """A contact with the roughness of all waves above a wavelength, by default the smallest."""
         wavelength = self.smallest if wavelength is None else wavelength
         total = np.sum([tail.squares(wavelength) for tail in self.tails], axis=0)
-        height, slope, curvature = np.sqrt(total[:3])
-        return replace(
-            known,
-            rms_height=float(height),
-            rms_slope=float(slope),
-            rms_curvature=float(curvature),
-            conformal_energy=float(total[3]) * known.contact_modulus,
-        )
+        height, slope, curvature = np.sqrt(total[:3]).tolist()
+        energy = float(total[3]) * known.contact_modulus
+        return replace(known, rms_height=height, rms_slope=slope, rms_curvature=curvature, conformal_energy=energy)
 
 
 def continuation_of(

@@ -7,8 +7,8 @@ verdict changes also at a modulus of margin x E*.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Literal, Self
+from dataclasses import dataclass
+from typing import Literal
 
 from continuum.arguments import number
 from continuum.theory import paper, rough
@@ -60,17 +60,6 @@ class RoughContact:
         for name, value in tuple(vars(self).items()):
             if name != "coated" and (value is not None or name not in optional):
                 object.__setattr__(self, name, number(name, value, above=0))
-
-    def rougher(self, height: float, slope: float, curvature: float) -> Self:
-        """The contact with scaled moments; the energy of full contact scales as h h'."""
-        energy = self.conformal_energy
-        return replace(
-            self,
-            rms_height=height * self.rms_height,
-            rms_slope=slope * self.rms_slope,
-            rms_curvature=curvature * self.rms_curvature,
-            conformal_energy=None if energy is None else height * slope * energy,
-        )
 
     @property
     def adhesion_length(self) -> float:

@@ -18,16 +18,9 @@ import numpy as np
 
 from continuum import units
 from continuum.arguments import ArgumentError, instance, number
+from continuum.sticky import criteria
 from continuum.sticky.continuation import Continuation, continuation_of
-from continuum.sticky.criteria import (
-    ANSWERS,
-    AREA,
-    LARGEST_SLOPE,
-    Answer,
-    Estimate,
-    RoughContact,
-    every_estimate,
-)
+from continuum.sticky.criteria import Answer, Estimate, RoughContact
 from continuum.sticky.doubts import prediction_doubts
 from continuum.sticky.materials import Interface
 from continuum.sticky.probe import ProbePullOff, probe_doubts, probe_pull_off
@@ -124,11 +117,6 @@ class PredictionNumbers:
         return tuple(fault for found in self.findings for fault in found.faults)
 
     @property
-    def excluding(self) -> tuple[MapFault, ...]:
-        """Faults that exclude theories of moments."""
-        return tuple(fault for fault in self.faults if fault.excludes)
-
-    @property
     def verdicts(self) -> tuple[Estimate, ...]:
         """The criteria of stickiness."""
         return tuple(estimate for estimate in self.estimates if estimate.margin is not None)
@@ -151,7 +139,7 @@ class PredictionNumbers:
     def load(self) -> float:
         """Load per area at a repulsive area of 1 %, by the paper; negative loads are tensions."""
         contact = self.contact
-        return AREA * paper.repulsive_pressure(contact.rms_slope, self.kappa, contact.contact_modulus)
+        return criteria.AREA * paper.repulsive_pressure(contact.rms_slope, self.kappa, contact.contact_modulus)
 
     def solved(
         self, threads: int = 1, search: bool | None = None, told: Callable[[str], None] = lambda text: None
@@ -187,16 +175,10 @@ class PredictionNumbers:
 
 def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None) -> RoughContact:
     """Roughness and interface for the criteria; with λ_L if it is known."""
-    return RoughContact(
-        *cut.moments,
-        interface.work_of_adhesion,
-        interface.range,
-        interface.contact_modulus,
-        conformal_energy=None if interface.coating else cut.conformal_energy * interface.contact_modulus,
-        spacing=interface.spacing,
-        roll_off=roll_off,
-        coated=interface.coating is not None,
-    )
+    coated, spacing, modulus = interface.coating is not None, interface.spacing, interface.contact_modulus
+    energy = None if coated else cut.conformal_energy * modulus
+    given = *cut.moments, interface.work_of_adhesion, interface.range, modulus
+    return RoughContact(*given, conformal_energy=energy, spacing=spacing, roll_off=roll_off, coated=coated)
 
 
 Kind = TypeVar("Kind", bound=PredictionNumbers)
@@ -256,19 +238,10 @@ def _predicted(
         for topography, fit in zip(topographies, fits, strict=True)
     )
     contact = rough_contact(roughness.whole, interface, roll_off)
-    estimates = every_estimate(contact)
+    estimates = criteria.every_estimate(contact)
     warnings = prediction_doubts(topographies, analysed, fits, roughness, contact)
-    return kind(
-        tuple(topographies),
-        roughness,
-        fits,
-        interface,
-        contact,
-        estimates,
-        tuple(warnings),
-        findings,
-        continuation_of(topographies, analysed, smallest, tip),
-    )
+    found = tuple(topographies), roughness, fits, interface, contact, estimates, tuple(warnings), findings
+    return kind(*found, continuation_of(topographies, analysed, smallest, tip))
 
 
 def verdict_of(prediction: PredictionNumbers) -> Verdict:
@@ -277,14 +250,15 @@ def verdict_of(prediction: PredictionNumbers) -> Verdict:
     if found is None:
         return Verdict("undecided", None, "the map was not solved")
     factor = work / found.work if found.work > 0 else None
-    if impossible := [f"{one.text}: {one.excludes}" for one in prediction.excluding if one.kind != NOT_GAUSSIAN]:
-        return Verdict("undecided", factor, impossible[0])
+    faults = (one for one in prediction.faults if one.excludes and one.kind != NOT_GAUSSIAN)
+    if impossible := next(faults, None):
+        return Verdict("undecided", factor, f"{impossible.text}: {impossible.excludes}")
     sticky = found.sticky(work)
     if sticky is None:
         between = f"w = {_per_area(work)} lies between {_per_area(found.low)} and {_per_area(found.high)}"
         return Verdict("undecided", factor, "; ".join((between, *found.why)))
     why = next((text for leaves_open in _OPEN for text in leaves_open(prediction, sticky)), None)
-    return Verdict(ANSWERS[sticky], factor) if why is None else Verdict("undecided", factor, why)
+    return Verdict(criteria.ANSWERS[sticky], factor) if why is None else Verdict("undecided", factor, why)
 
 
 def _steep(prediction: PredictionNumbers, sticky: bool) -> Iterator[str]:
@@ -292,7 +266,7 @@ def _steep(prediction: PredictionNumbers, sticky: bool) -> Iterator[str]:
     slope = (prediction.mended or prediction).contact.rms_slope
     if slope > STEEPEST:
         yield f"an rms slope of {slope:.3g} is not small"
-    elif slope > LARGEST_SLOPE and not _holds(prediction, sticky, 1 + slope**2):
+    elif slope > criteria.LARGEST_SLOPE and not _holds(prediction, sticky, 1 + slope**2):
         yield f"an rms slope of {slope:.3g} is not small: the threshold is open by a factor of {1 + slope**2:.3g}"
 
 

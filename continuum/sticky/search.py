@@ -20,25 +20,10 @@ from continuum.path.threshold_search import bracket_threshold
 from continuum.runs.cost import pair_seconds
 from continuum.solve.solution import NotConvergedError, Settings, Solution
 from continuum.solve.solver import Solver
+from continuum.sticky import on_grid, threshold
 from continuum.sticky.criteria import AREA, RoughContact
 from continuum.sticky.materials import Interface
-from continuum.sticky.on_grid import (
-    UnresolvedError,
-    check_resolved,
-    in_place_of,
-    shortest_range,
-    solver_doubts,
-    wall_on,
-)
-from continuum.sticky.threshold import (
-    AREA_TOLERANCE,
-    RESIDUAL,
-    Basis,
-    MapThreshold,
-    PressedMap,
-    bounds,
-    press_map,
-)
+from continuum.sticky.threshold import Basis, MapThreshold, PressedMap
 from continuum.theory.rough import threshold_share
 from continuum.topography.map import Topography
 
@@ -81,7 +66,7 @@ def expected_pairs(pressed: PressedMap, found: MapThreshold) -> float:
     """FFT pairs that a search will take, to a factor of three, where the estimate is this."""
     size = pressed.problem.grid.size
     length = found.work / pressed.interface.contact_modulus
-    resolved = pressed.interface.range >= shortest_range(pressed.topography, length)
+    resolved = pressed.interface.range >= on_grid.shortest_range(pressed.topography, length)
     return PAIRS if resolved else max(PAIRS, PAIRS_PER_SIDE * size**0.5)
 
 
@@ -116,12 +101,12 @@ def search_threshold(pressed: PressedMap, found: MapThreshold, *, limited: bool 
 
     def range_at(length: float) -> float:
         """Range in m at a given l_a in units of the grid."""
-        return max(given, shortest_range(topography, length * unit))
+        return max(given, on_grid.shortest_range(topography, length * unit))
 
     def wall_at(length: float) -> Wall:
-        return wall_on(grid, length, range_at(length) / unit)
+        return on_grid.wall_on(grid, length, range_at(length) / unit)
 
-    settings = Settings(RESIDUAL * pressed.slope, threads=pressed.threads)
+    settings = Settings(threshold.RESIDUAL * pressed.slope, threads=pressed.threads)
     pairs = PATIENCE * expected_pairs(pressed, found) if limited else np.inf
     solver = _Patient(grid, problem.stiffness_q, pressed.threads, pairs)
     work = found.work / (unit * modulus)
@@ -129,7 +114,9 @@ def search_threshold(pressed: PressedMap, found: MapThreshold, *, limited: bool 
     known = range_at(work) == given and np.isfinite(found.mean_gap)
     problem = replace(problem, wall=wall_at(work))
     first = (found.mean_gap, work) if known else None
-    at, state = bracket_threshold(problem, wall_at, AREA, settings, Search(AREA_TOLERANCE), WIDTH, solver, first)
+    at, state = bracket_threshold(
+        problem, wall_at, AREA, settings, Search(threshold.AREA_TOLERANCE), WIDTH, solver, first
+    )
     bracket = state.threshold
     if bracket is None:
         raise NotConvergedError(state.status.value)
@@ -137,11 +124,11 @@ def search_threshold(pressed: PressedMap, found: MapThreshold, *, limited: bool 
     reach = range_at(length)
     doubts = []
     if reach > given:
-        check_resolved(topography, reach)
-        doubts = [f"the threshold is that of {in_place_of(reach, given)}"]
+        on_grid.check_resolved(topography, reach)
+        doubts = [f"the threshold is that of {on_grid.in_place_of(reach, given)}"]
     height = float(topography.heights.std())
     share = threshold_share(given / height) / threshold_share(reach / height)
-    doubts += solver_doubts(at, pressed.slope, topography, "the pixel")
+    doubts += on_grid.solver_doubts(at, pressed.slope, topography, "the pixel")
     return replace(
         found, work=length * scale, low=bracket.before.value * scale,
         high=max(bracket.after.value, share * length) * scale,
@@ -167,12 +154,12 @@ def find_threshold(
     contact : its roughness, for bounds where it cannot be pressed.
     search, threads, told : as for :meth:`continuum.sticky.prediction.PredictionNumbers.solved`.
     """
-    pressed = press_map(topography, interface, threads)
+    pressed = threshold.press_map(topography, interface, threads)
     told(f"pressing {topography.source} without adhesion, on {' x '.join(map(str, pressed.problem.grid.shape))} points")
     try:
         found = pressed.threshold()
     except NotConvergedError as error:
-        return bounds(contact, f"the map could not be pressed: {error}")
+        return threshold.bounds(contact, f"the map could not be pressed: {error}")
     if search is False or not (search or found.sticky(interface.work_of_adhesion) is None):
         return found
     seconds = expected_seconds(pressed, found)
@@ -181,7 +168,7 @@ def find_threshold(
     told(f"searching for the threshold with adhesion: about {seconds:.2g} s, to a factor of three")
     try:
         return search_threshold(pressed, found, limited=not search)
-    except (UnresolvedError, NotConvergedError) as error:
+    except (on_grid.UnresolvedError, NotConvergedError) as error:
         return _undecided(found, f"a search has not found it: {error}")
 
 

@@ -6,8 +6,6 @@ threshold, the geometric mean over their spots.  Its interval is Student's, with
 samples, as a few spots of one sample do not determine it.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Mapping, Sequence

@@ -32,17 +32,9 @@ from continuum.path.equilibrium import solver_of
 from continuum.path.state import PathState, Search
 from continuum.path.threshold import PressedState, Threshold, on_core
 from continuum.solve.solution import Settings
+from continuum.sticky import on_grid
 from continuum.sticky.criteria import AREA, RoughContact
 from continuum.sticky.materials import Interface
-from continuum.sticky.on_grid import (
-    CORE_STIFFNESS,
-    at_most,
-    shortest_range,
-    solver_doubts,
-    wall_of_map,
-    wall_on,
-    waves_on,
-)
 from continuum.theory.rough import generalised_tabor, threshold_share
 from continuum.topography.map import Topography
 from continuum.topography.roughness import stencil_moments
@@ -170,7 +162,7 @@ def bounds(contact: RoughContact, why: str) -> MapThreshold:
     if contact.conformal_energy is not None:
         work, low, high = by_law(contact.conformal_energy, contact.rms_height, contact.range, ANY)
     none, nothing = Grid.square(2), np.zeros((2, 2))
-    wall = wall_on(none, contact.adhesion_length, contact.range)
+    wall = on_grid.wall_on(none, contact.adhesion_length, contact.range)
     return MapThreshold(
         work=work, low=low, high=high, source=Basis.BOUNDS, range=contact.range, why=(why,),
         gap=nothing, wall=wall, grid=none, map=none, warnings=(),
@@ -193,7 +185,7 @@ class PressedMap:
     @cached_property
     def problem(self) -> ContactProblem:
         """The contact on at most :data:`FINEST` points."""
-        return self._on(*wall_of_map(self.topography, self.unit, FINEST))
+        return self._on(*on_grid.wall_of_map(self.topography, self.unit, FINEST))
 
     def _on(self, grid: Grid, heights: Real) -> ContactProblem:
         return ContactProblem(grid, HardWall(), heights, self.interface.substrate(self.unit))
@@ -225,8 +217,8 @@ class PressedMap:
         if self.problem.grid.size <= LINEAR:
             return _Level(self.problem, self.hard)
         grid = self.problem.grid
-        coarse = at_most(grid, LINEAR)
-        problem = self._on(coarse, waves_on(coarse, grid, self.problem.heights))
+        coarse = on_grid.at_most(grid, LINEAR)
+        problem = self._on(coarse, on_grid.waves_on(coarse, grid, self.problem.heights))
         return _Level(problem, self._pressed(problem))
 
     def _more(self, reach: float) -> float:
@@ -314,7 +306,7 @@ class PressedMap:
         tabor = self._tabor(work, reach)
         if not tabor <= LARGEST_TABOR:
             yield f"adhesion deforms the summits (Müser's number is {tabor:.2g}, above {LARGEST_TABOR:g})"
-        if reach < shortest_range(self.topography, work * self.unit) / self.unit / np.sqrt(2):
+        if reach < on_grid.shortest_range(self.topography, work * self.unit) / self.unit / np.sqrt(2):
             yield "the pixels do not resolve the range of the attraction"
 
     def _curve(self, here: _Interval, scale: float) -> Iterator[RangePoint]:
@@ -335,7 +327,7 @@ class PressedMap:
             shape = " x ".join(map(str, self.linear.problem.grid.shape))
             yield f"w_c over w_DMT, where adhesion deforms nothing, is that of the map on {shape} points"
         law = replace(self.problem, wall=self.linear.wall(self.interface.range / self.unit, work))
-        yield from solver_doubts(law, self.slope, self.topography, "the pixel")
+        yield from on_grid.solver_doubts(law, self.slope, self.topography, "the pixel")
 
 
 def _dmt(hard: PathState, wall: Wall) -> float:
@@ -357,11 +349,11 @@ class _Level:
     @cached_property
     def state(self) -> PressedState:
         """The state on the core."""
-        return on_core(self.problem, self.hard, CORE_STIFFNESS / max(self.problem.grid.spacing))
+        return on_core(self.problem, self.hard, on_grid.CORE_STIFFNESS / max(self.problem.grid.spacing))
 
     def wall(self, reach: float, work: float = 1e-6) -> Wall:
         """The law of a range; its shape does not depend on its work while its core is the stiffer."""
-        return wall_on(self.problem.grid, work, reach)
+        return on_grid.wall_on(self.problem.grid, work, reach)
 
     def at(self, reach: float) -> Threshold:
         """The threshold at a range."""

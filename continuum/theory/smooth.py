@@ -212,25 +212,19 @@ class MaugisDugdale:
             high *= 4
         excess = scipy.optimize.brentq(rim, 0.0, high, xtol=1e-15, rtol=1e-14)
         root, angle = _rim(excess)
-        load = a**3 - unit * a * a * (root + (1 + excess) ** 2 * angle)
-        indentation = a * a - 4 * unit * a / 3 * root
-        return SphereState(
-            contact_radius,
-            contact_radius * (1 + excess),
-            float(load * self._force),
-            float(indentation * self._length**2 / self.radius),
-        )
+        load = self._force * (a**3 - unit * a * a * (root + (1 + excess) ** 2 * angle))
+        indentation = (a * a - 4 * unit * a / 3 * root) * self._length**2 / self.radius
+        return SphereState(contact_radius, contact_radius * (1 + excess), float(load), float(indentation))
 
     @property
     def _pull_off(self) -> tuple[float, float]:
         """Radius of contact at the largest tension, and that tension."""
+
+        def load(a: float) -> float:
+            return self.state(a * self._length).load / self._force
+
         # JKR pulls off at 1.145 units, longer ranges at smaller contacts, DMT at zero.
-        found = scipy.optimize.minimize_scalar(
-            lambda a: self.state(a * self._length).load / self._force,
-            bounds=(1e-4, 1.3),
-            method="bounded",
-            options={"xatol": 1e-7},
-        )
+        found = scipy.optimize.minimize_scalar(load, bounds=(1e-4, 1.3), method="bounded", options={"xatol": 1e-7})
         return float(found.x * self._length), float(-found.fun * self._force)
 
     @property

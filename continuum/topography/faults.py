@@ -178,14 +178,8 @@ def find_faults(topography: Topography) -> Findings:
     faults += more
     if any(fault.kind == NOT_GAUSSIAN for fault in faults):
         faults, clean = _of_the_surface(faults), topography
-    return Findings(
-        tuple(faults),
-        lines,
-        lines.scars | marks.outside,
-        directions(topography),
-        summits_of(topography),
-        None if clean is topography else clean,
-    )
+    marked, mended = lines.scars | marks.outside, None if clean is topography else clean
+    return Findings(tuple(faults), lines, marked, directions(topography), summits_of(topography), mended)
 
 
 def _of_the_surface(faults: list[MapFault]) -> list[MapFault]:

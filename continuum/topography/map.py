@@ -5,7 +5,8 @@ Heights are in m, positive out of the body, so that the summits that touch first
 """
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from typing import Any, Self, TypeVar
@@ -35,6 +36,15 @@ _NOTHING = 1e-60
 
 class TopographyError(InputError, ValueError):
     """A topography cannot be used: the message has the reason and a remedy."""
+
+
+@contextmanager
+def as_fault(where: str = "") -> Iterator[None]:
+    """Raise a ValueError as a fault of a map, after where it was found."""
+    try:
+        yield
+    except ValueError as error:
+        raise TopographyError(f"{where}{error}") from error
 
 
 def heights_of(name: str, value: Any) -> Real:
@@ -217,10 +227,6 @@ def opposed(first: Topography, second: Topography) -> Topography:
     same = first.heights.shape == second.heights.shape
     heights = first.heights[:nx, :ny] + second.heights[::-1][:nx, :ny]
     lengths = (float(nx * first.grid.spacing[0]), float(ny * first.grid.spacing[1]))
-    return Topography(
-        heights,
-        lengths,
-        first.periodic and second.periodic and same,
-        f"{first.source} on {second.source}",
-        (*first.steps, *second.steps, "heights added" if same else f"cut to {nx} x {ny} points, heights added"),
-    )
+    step = "heights added" if same else f"cut to {nx} x {ny} points, heights added"
+    source, periodic = f"{first.source} on {second.source}", first.periodic and second.periodic and same
+    return Topography(heights, lengths, periodic, source, (*first.steps, *second.steps, step))

@@ -9,7 +9,7 @@ from numbers import Real as Number
 
 from continuum import units
 from continuum.arguments import ArgumentError, instance, number, texts
-from continuum.topography.map import TopographyError
+from continuum.topography.map import TopographyError, as_fault
 
 PER_MAP = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
 """Arguments that are one text for all maps or one for each, with examples."""
@@ -39,10 +39,8 @@ def sizes_of(source: str, text: str | None) -> tuple[float, ...] | None:
     """One length or two, in m, from a text such as "10um" or "10um,12um"; None for None."""
     if text is None:
         return None
-    try:
+    with as_fault(f"{source}: `size` "):
         found = tuple(units.parse(one, "length") for one in text.split(","))
-    except ValueError as error:
-        raise TopographyError(f"{source}: `size` {error}") from error
     if len(found) > 2:
         raise TopographyError(f"{source}: `size` {text!r}: a map has one or two lengths")
     return found
@@ -55,10 +53,8 @@ def units_of(source: str, names: str | None) -> tuple[float | None, float | None
     """
     if names is None:
         return None, None
-    try:
+    with as_fault(f"{source}: `unit`: "):
         found = tuple(units.unit_size(name.strip(), "length") for name in names.split(","))
-    except ValueError as error:
-        raise TopographyError(f"{source}: `unit`: {error}") from error
     if len(found) > 2:
         raise TopographyError(f"{source}: `unit` {names!r}: one unit, of the heights, or two, of positions and heights")
     return found[-1], found[0] if len(found) == 2 else None
@@ -69,10 +65,8 @@ def length_of(name: str, text: str | None) -> float | None:
     if text is None:
         return None
     instance(name, text, str, 'a text such as "10nm"')
-    try:
+    with as_fault(f"`{name}` "):
         return units.parse(text, "length")
-    except ValueError as error:
-        raise TopographyError(f"`{name}` {error}") from error
 
 
 def share(fill: str | float | None) -> float:

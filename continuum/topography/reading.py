@@ -21,7 +21,7 @@ from continuum.files.maps import HDF5_SUFFIXES, RawMap, of_array, read_map, stan
 from continuum.files.text import NoTableError
 from continuum.model.fourier import Real
 from continuum.topography.instruments import ALL, from_instrument, is_container, is_known, measurements
-from continuum.topography.map import FEWEST, Topography, TopographyError, heights_of
+from continuum.topography.map import FEWEST, Topography, TopographyError, as_fault, heights_of
 from continuum.topography.mending import crop, detrend, harmonic
 from continuum.topography.quantities import corners_of, share, sizes_of, text_for, texts_of, units_of, voids_of
 from continuum.topography.spectra import isotropic_surface, joined
@@ -80,10 +80,8 @@ def read_topography(
         flag("periodic", periodic)
     if not isinstance(heights, str | os.PathLike):
         _whole_array(source, dataset=dataset, part=part)
-        try:
+        with as_fault():
             found = of_array(heights_of("heights", heights), source, of="an array")
-        except ValueError as error:
-            raise TopographyError(str(error)) from error
     else:
         path = file_name("heights", heights)
         if not path.is_file():
@@ -317,10 +315,8 @@ def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fil
     heights, periodic = found.heights, found.periodic
     if corners is not None:
         pixel = lx / heights.shape[0], ly / heights.shape[1]
-        try:
+        with as_fault(f"{found.source}: "):
             heights = crop(heights, (lx, ly), corners)
-        except ValueError as error:
-            raise TopographyError(f"{found.source}: {error}") from error
         if min(heights.shape) < FEWEST:
             points = " x ".join(map(str, heights.shape))
             msg = f"{found.source}: `crop` leaves {points} points: a map has at least {FEWEST} points along each side"

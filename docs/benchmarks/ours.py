@@ -29,7 +29,8 @@ from continuum.solve import smooth
 from continuum.solve.backend import back_end
 from continuum.solve.compiled import tiles
 from continuum.solve.compiled.compiling import TILE
-from continuum.solve.compiled.passes import NEAR, Passes
+from continuum.solve.compiled.passes import Passes
+from continuum.solve.compiled.tractions import NEAR
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
 from docs.benchmarks.cases import ADHESION_LENGTHS, AREA, TOLERANCE, coarse, rough

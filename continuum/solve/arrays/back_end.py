@@ -3,8 +3,6 @@
 Less fast than compiled sweeps on processor cores, and made for devices on which memory is fast.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from functools import cache, cached_property
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy
 
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.solve.arrays.library import Array, Library
 from continuum.solve.arrays.modes import Modes, mean, square, sum_of, without_mean
-from continuum.solve.backend import SMALLEST_GAP, SPREAD, STEEPEST, most_work, nodes
+from continuum.solve.backend import SMALLEST_GAP, SPREAD, factor_of, most_work, nodes
 from continuum.solve.solution import Work
 
 
@@ -131,16 +130,8 @@ class ArrayBoundGrid(Modes):
         def excess(factor: float) -> float:
             return float(sum_of(self.xp, stretched(factor))) - wanted
 
-        low, high = 0.0, 1.0
-        while excess(high) < 0:
-            if high > STEEPEST:
-                return None
-            low, high = high, 4 * high
-        return (
-            None
-            if excess(low) > 0
-            else stretched(float(scipy.optimize.brentq(excess, low, high, xtol=1e-300, rtol=1e-15)))
-        )
+        factor = factor_of(excess)
+        return None if factor is None else stretched(factor)
 
     def total(self) -> float:
         return float(sum_of(self.xp, self.p))

@@ -4,8 +4,6 @@ A spectrum is held as pairs of real numbers, shape ``(*grid.shape_q, 2)``, which
 rows first, so that a reduction is part of the pass that makes what it sums.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

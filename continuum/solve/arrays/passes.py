@@ -1,19 +1,28 @@
 """Passes over memory of the smooth solver on arrays: each a function that a library may fuse."""
 
-from __future__ import annotations
+from functools import cache, partial
+from typing import Any, NamedTuple, Self
 
-from typing import Any
-
+from continuum.model import laws
 from continuum.model.laws import OnArrays
-from continuum.solve.arrays.library import Array, fused
+from continuum.solve.arrays.library import Array, Library, fused
 from continuum.solve.arrays.modes import ModeMarks, mean, sum_of, without_mean
 
 # --- passes over spectra ---------------------------------------------------------------------------------------
 
 
-def _step_of(xp: Any, g: Array, K: Array, marks: ModeMarks, c0: Array, coarse: bool) -> tuple[Array, Array]:
-    """M and M g, M = 1/(K + c0); c0 is that of all modes, and of short waves beside a coarse step."""
-    row, column = marks.low
+class ModeStiffness(NamedTuple):
+    """What a pass knows of the modes."""
+
+    K: Array
+    marks: ModeMarks
+    c0: Array
+    """That of all modes, and of short waves beside a coarse step."""
+
+
+def _step_of(xp: Any, g: Array, waves: ModeStiffness, coarse: bool) -> tuple[Array, Array]:
+    """M and M g, M = 1/(K + c0)."""
+    K, c0, (row, column) = waves.K, waves.c0, waves.marks.low
     M = 1 / (K + (xp.where(row & column, c0[0], c0[1]) if coarse else c0[0]))
     return M, M * g
 
@@ -24,9 +33,7 @@ def finish_step(
     g: Array,
     d: Array,
     work: Array,
-    K: Array,
-    marks: ModeMarks,
-    c0: Array,
+    waves: ModeStiffness,
     alpha: Array,
     *,
     coarse: bool,
@@ -37,11 +44,12 @@ def finish_step(
 
     Returns g, y and the sums of :class:`continuum.solve.grids.SmoothGrid`.
     """
+    K, marks, _ = waves
     alpha = xp.astype(alpha, K.dtype)
     y = alpha * (K * d + work) if linear else alpha * K * d + work
     y = without_mean(xp, y, marks) if held else y
     g = (without_mean(xp, g, marks) if held else g) + y
-    M, s = _step_of(xp, g, K, marks, c0, coarse)
+    M, s = _step_of(xp, g, waves, coarse)
     weights, (row, column) = marks.weights, marks.low
     high = xp.where(row & column, 0.0, weights) if coarse else weights
     pairs = (g * s, y * s, y * M * y, s * K * s, s * K * d)
@@ -49,11 +57,10 @@ def finish_step(
 
 
 @fused
-def low_sums(
-    xp: Any, g: Array, y: Array, d: Array, found: Array, K: Array, marks: ModeMarks, c0: Array, size: Array
-) -> Array:
+def low_sums(xp: Any, g: Array, y: Array, d: Array, found: Array, waves: ModeStiffness, size: Array) -> Array:
     """Sums over the modes of the coarser grid, with its step for s, and with s = M g; the first of them is zero."""
-    (row, column), (M, own) = marks.low, _step_of(xp, g, K, marks, c0, coarse=False)
+    (K, marks, _), (M, own) = waves, _step_of(xp, g, waves, coarse=False)
+    row, column = marks.low
     low = xp.where(row & column, marks.weights, 0.0)
     sums = []
     for s in (xp.astype(found, K.dtype) * xp.astype(-size, K.dtype), own):
@@ -72,20 +79,10 @@ def choose(xp: Any, sums: Array, low: Array, size: Array, moved: Array) -> tuple
 
 @fused
 def direction(
-    xp: Any,
-    d: Array,
-    g: Array,
-    found: Array,
-    K: Array,
-    marks: ModeMarks,
-    c0: Array,
-    beta: Array,
-    size: Array,
-    *,
-    coarse: bool,
+    xp: Any, d: Array, g: Array, found: Array, waves: ModeStiffness, beta: Array, size: Array, *, coarse: bool
 ) -> Array:
     """Direction d <- beta d - s; s is M g but for the modes of a coarser grid that has found a step of a size."""
-    (row, column), (_, s) = marks.low, _step_of(xp, g, K, marks, c0, coarse)
+    K, (row, column), (_, s) = waves.K, waves.marks.low, _step_of(xp, g, waves, coarse)
     if coarse:
         s = xp.where(row & column & (size > 0), xp.astype(found, K.dtype) * xp.astype(-size, K.dtype), s)
     return xp.astype(beta, K.dtype) * d - s
@@ -166,3 +163,25 @@ def pull(xp: Any, stiffness: Array, d: Array) -> tuple[Array, Array]:
     """Traction of a linear wall along a direction, and the mean of its product with that."""
     pull = xp.astype(stiffness, d.dtype) * d
     return pull, mean(xp, pull * d)
+
+
+# --- the wall law ----------------------------------------------------------------------------------------------
+
+
+@cache
+def _powers(m: int, n: int) -> OnArrays:
+    """The formula of two exponents, for which it is compiled."""
+    return partial(laws.powers_on_arrays, m=m, n=n)
+
+
+class DeviceLaw(NamedTuple):
+    """A law on a device."""
+
+    parameters: Array
+    formula: OnArrays
+
+    @classmethod
+    def on(cls, library: Library, law: laws.Law) -> Self:
+        """A law for the arrays of a library."""
+        p, powers = law.parameters, law.kind == laws.INVERSE_POWERS
+        return cls(library.put(p), _powers(int(p[2]), int(p[3])) if powers else laws.ON_ARRAYS[law.kind])

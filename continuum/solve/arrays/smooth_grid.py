@@ -15,7 +15,6 @@ from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.arrays import passes
-from continuum.solve.arrays.laws import DeviceLaw
 from continuum.solve.arrays.library import Array, Library
 from continuum.solve.arrays.modes import Modes, mean, square, without_mean
 from continuum.solve.backend import SHORT_WAVES
@@ -41,10 +40,14 @@ class _Descending(Modes):
         self._short_waves, self._shift = SHORT_WAVES * float(stiffness_q[:, 1:].max()), np.nan
         self._c0: Array = None
 
+    @property
+    def _waves(self) -> passes.ModeStiffness:
+        return passes.ModeStiffness(self.K, self.marks, self._c0)
+
     def _gradient(self, work: Array, shift: float, alpha: Array, *, coarse: bool, linear: bool) -> Array:
         if shift != self._shift:
             self._shift, self._c0 = shift, self.library.put([shift, self._short_waves], self.kind)
-        given = self.g, self.d_q, work, self.K, self.marks, self._c0, alpha
+        given = self.g, self.d_q, work, self._waves, alpha
         self.g, self.y, sums = passes.finish_step(self.library, *given, coarse=coarse, held=self.held, linear=linear)
         return sums
 
@@ -59,13 +62,12 @@ class _Descending(Modes):
         """Sums over the modes of the coarser grid, of its step and of the gradient's own."""
         assert self.linear is not None
         self.found = self.above(self.linear.x)
-        return passes.low_sums(self.library, self.g, self.y, self.d_q, self.found, self.K, self.marks, self._c0, size)
+        return passes.low_sums(self.library, self.g, self.y, self.d_q, self.found, self._waves, size)
 
     def _new_direction(self, beta: Array, size: Array, *, coarse: bool) -> Array:
         """The new direction, as a field."""
         found = self.found if coarse else self.g
-        given = self.d_q, self.g, found, self.K, self.marks, self._c0, beta, size
-        self.d_q = passes.direction(self.library, *given, coarse=coarse)
+        self.d_q = passes.direction(self.library, self.d_q, self.g, found, self._waves, beta, size, coarse=coarse)
         return self.inverse(self.d_q)
 
 
@@ -123,7 +125,7 @@ class ArraySmoothGrid(_Descending):
     """Memory that a solve needs, in fields of the finest grid, where a pass has no intermediate ones."""
     boxes, corrected = None, False
     law: Law
-    wall: DeviceLaw
+    wall: passes.DeviceLaw
     pressure = 0.0
     offset: Array = None
     start: Array = None
@@ -179,7 +181,7 @@ class ArraySmoothGrid(_Descending):
             return False
         self.offset = self.library.put(offset) + lift
         self.start = None if start is None else self.library.put(start)
-        wall, held = DeviceLaw.on(self.library, law), bool(np.isinf(mean_stiffness))
+        wall, held = passes.DeviceLaw.on(self.library, law), bool(np.isinf(mean_stiffness))
         for grid in self.chain:
             grid.law, grid.wall, grid.pressure = law, wall, pressure
             for each in (grid, grid.linear) if grid.linear else (grid,):

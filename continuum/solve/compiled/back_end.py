@@ -16,8 +16,6 @@ class CompiledBackEnd(BackEnd):
 
     PRECISION: type = np.float32
     """Precision of linear problems: a step of a coarser grid is a direction only."""
-    SMALLEST = 128
-    """On smaller grids calls, not points, would take the time."""
 
     def smooth_grid(self, grid: Grid, K: Real, threads: int, coarser: int, *, sampled: bool) -> TiledSmoothGrid:
         return TiledSmoothGrid(grid, K, threads, self.SMALLEST, self.PRECISION, coarser, sampled=sampled)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-import scipy
 
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
-from continuum.solve.backend import SMALLEST_GAP, STEEPEST, most_work
+from continuum.solve.backend import SMALLEST_GAP, factor_of, most_work
 from continuum.solve.compiled import near_field, pressing
 from continuum.solve.compiled.compiling import TILE, Mask
 from continuum.solve.compiled.near_field import SIDE
-from continuum.solve.compiled.passes import Sweep, reused
+from continuum.solve.compiled.passes import Given, Sweep, Task, reused
 from continuum.solve.compiled.pressed import ContactPasses
 from continuum.solve.compiled.tiles import MOST, Tiles
 from continuum.solve.solution import Work
@@ -123,8 +122,7 @@ class CompiledBoundGrid(ContactPasses):
     def spread(self) -> float:
         below, self.below = self.below, None
         assert below is not None
-        coarse, of = below.p, below.n
-        return float(self.sweep(lambda a, b, sums: pressing.spread(a, b, sums, coarse, of, self.p, self.n))[0])
+        return float(self.sweep(pressing.spread, below.p, below.n, self.p, self.n)[0])
 
     def fill(self, pressure: float) -> None:
         self.p[...] = pressure
@@ -134,16 +132,11 @@ class CompiledBoundGrid(ContactPasses):
         return self._scale(self.p, total, self.total(), self.s)
 
     def total(self) -> float:
-        return float(
-            self.sweep(lambda a, b, sums: pressing.total_pressure(a, b, sums, self.p, self.n, self.touched))[0]
-        )
+        return float(self.sweep(pressing.total_pressure, self.p, self.n, self.touched)[0])
 
     def _stretch(self, pressure: Real, factor: float, out: Real, most: float) -> float:
         """Multiply a pressure below the largest; returns its sum."""
-        given = self.n, self.touched
-        return float(
-            self.sweep(lambda a, b, sums: pressing.stretch(a, b, sums, pressure, factor, out, most, *given))[0]
-        )
+        return float(self.sweep(pressing.stretch, pressure, factor, out, most, self.n, self.touched)[0])
 
     def _scale(self, pressure: Real, wanted: float, total: float, spare: Real) -> bool:
         """Scale a pressure from one sum to another, but where it is the largest; False if no factor does."""
@@ -154,41 +147,32 @@ class CompiledBoundGrid(ContactPasses):
         def excess(factor: float, out: Real = spare) -> float:
             return self._stretch(pressure, factor, out, self.most) - wanted
 
-        low, high = 0.0, 1.0
-        while excess(high) < 0:
-            if high > STEEPEST:
-                return False
-            low, high = high, 4 * high
-        if excess(low) > 0:
+        factor = factor_of(excess)
+        if factor is None:
             return False
-        factor = scipy.optimize.brentq(excess, low, high, xtol=1e-300, rtol=1e-15)
-        excess(float(factor), pressure)
+        excess(factor, pressure)
         return True
 
     # --- the preconditioner ------------------------------------------------------------------------------------
 
     def level(self) -> tuple[float, float]:
-        given = self.p, self.z, self.m, self.most, self.n, self.touched
-        mz, m = self.sweep(lambda a, b, sums: pressing.level(a, b, sums, *given))[:2]
+        mz, m = self.sweep(pressing.level, self.p, self.z, self.most, self.contact)[:2]
         return float(mz), float(m)
 
     def select(self, level: float) -> tuple[float, float, float, float, float]:
-        given = self.p, self.z, level, self.mask, self.m, self.most, self.n, self.touched, self.lowest
-        sums = self.sweep(lambda a, b, sums: pressing.select(a, b, sums, *given))
+        sums = self.sweep(pressing.select, self.p, self.z, level, self.most, self.lowest, self.contact)
         count, changed, mz, m, eighth = (float(each) for each in sums[:5])
         return count, changed, mz, m, eighth**0.125
 
     def renew(self) -> None:
         if not self._stiffen(self.m) > 0:
-            given = self.mask, self.m, self.n, self.touched
-            self.sweep(lambda a, b, sums: pressing.ones(a, b, sums, *given))
+            self.sweep(pressing.ones, self.contact)
 
     def precondition(self, level: float) -> float:
         return self._stiffen(self.s, self.z, level)
 
     def correct(self, weight: float) -> Real:
-        given = self.mask, self.z, self.change, self.t, self.s, self.m, weight, self.n, self.touched
-        return self.sweep(lambda a, b, sums: pressing.correct(a, b, sums, *given))
+        return self.sweep(pressing.correct, self.z, self.change, self.t, self.s, weight, self.contact)
 
     # --- a step ------------------------------------------------------------------------------------------------
 
@@ -201,7 +185,7 @@ class CompiledBoundGrid(ContactPasses):
 
     def _new_direction(self, beta: float, weight: float) -> Sweep:
         """The new direction, copied into the rows of the change that have contact."""
-        given = self.mask, self.t, self.s, self.m, beta, weight, self.change, self.n, self.touched
+        given = self.t, self.s, beta, weight, self.change, self.contact
         return lambda a, b, sums: pressing.direction_on_contact(a, b, sums, *given)
 
     def curvature(self) -> float:
@@ -209,7 +193,7 @@ class CompiledBoundGrid(ContactPasses):
 
     def trial(self, step: float) -> tuple[float, float, float]:
         given = self.p, self.t, step, self.s, self.most, self.n, self.touched
-        cut_off, before, after = self.sweep(lambda a, b, sums: pressing.trial(a, b, sums, *given))[:3]
+        cut_off, before, after = self.sweep(pressing.trial, *given)[:3]
         self.trials += bool(np.isfinite(after))
         return float(cut_off), float(before), float(after)
 
@@ -229,8 +213,7 @@ class CompiledBoundGrid(ContactPasses):
         return self._gap(self.s, self.change)
 
     def accept(self) -> None:
-        given = self.z, self.change, self.n
-        self.sweep(lambda a, b, sums: pressing.accept(a, b, sums, *given))
+        self.sweep(pressing.accept, self.z, self.change, self.n)
         self.p, self.s = self.s, self.p
 
     # --- tiles -------------------------------------------------------------------------------------------------
@@ -241,8 +224,7 @@ class CompiledBoundGrid(ContactPasses):
             return None
         nx, ny = self.grid.shape
         marked: Mask = np.zeros((nx // SIDE, ny // SIDE), dtype=np.bool_)
-        given = self.p, self.z, -level, self.touched, self.lowest, marked
-        self.sweep(lambda a, b, sums: near_field.mark_tiles(a, b, sums, *given))
+        self.sweep(near_field.mark_tiles, self.p, self.z, -level, self.touched, self.lowest, marked)
         if not self.pays(marked, MOST):
             return None
         split.G_far[0, 0] = self.G[0, 0]
@@ -277,15 +259,13 @@ class CompiledBoundGrid(ContactPasses):
 
     def duality_gap(self) -> tuple[float, float]:
         least = float(self.lowest.min())  # of the z that was found last, this one
-        given = self.p, self.z, least, self.n, self.touched
-        work, total = self.sweep(lambda a, b, sums: pressing.work_above(a, b, sums, *given))[:2] / self.size
+        work, total = self.sweep(pressing.work_above, self.p, self.z, least, self.n, self.touched)[:2] / self.size
         if np.isfinite(self.most):
             work -= most_work(self.z[:, : self.n] - least, total, self.most)
         return float(work), 2 * float(total) * self.softness
 
     def hand_out(self, level: float) -> tuple[Real, Real]:
-        given = self.p, self.z, level, SMALLEST_GAP, self.most, self.n
-        self.sweep(lambda a, b, sums: pressing.finish(a, b, sums, *given))
+        self.sweep(pressing.finish, self.p, self.z, level, SMALLEST_GAP, self.most, self.n)
         gap, traction = self._together(self.z), self._together(self.p)
         del self.z, self.p
         return gap, traction
@@ -313,8 +293,8 @@ class TileGrid(CompiledBoundGrid):
         self.touched = np.full((len(self.p), 1), 2, dtype=np.uint8)
         self.lowest = np.full((len(self.p), 1), -np.inf)
 
-    def sweep(self, sweep: Sweep) -> Real:
-        return self.model.sweep(sweep)
+    def sweep(self, sweep: Task[Given], *given: Given.args, **named: Given.kwargs) -> Real:
+        return self.model.sweep(sweep, *given, **named)
 
     def _stiffen(self, out: Real, z: Real | None = None, shift: float = 0.0) -> float:
         return self.model.stiffen(self.mask, out, self.softest, z, shift)
@@ -323,8 +303,8 @@ class TileGrid(CompiledBoundGrid):
         self.sweep(self._new_direction(beta, weight))
 
     def curvature(self) -> float:
-        t, answer = self.t, self.model.comply_with(self.t, self.model.answer)
-        self._curvature = float(self.sweep(lambda a, b, sums: near_field.dot(a, b, sums, t, answer))[0] / self.size)
+        answer = self.model.comply_with(self.t, self.model.answer)
+        self._curvature = float(self.sweep(near_field.dot, self.t, answer)[0] / self.size)
         return self._curvature
 
     def trial(self, step: float) -> tuple[float, float, float]:
@@ -340,11 +320,10 @@ class TileGrid(CompiledBoundGrid):
     def arrive(self, before: float, after: float) -> tuple[float, float]:
         factor, step, model = before / after, self._step, self.model
         self._stretch(self.s, factor, self.s, np.inf)
-        cut_off = self.p, self.t, step, model.spare
-        self.sweep(lambda a, b, sums: near_field.cut_below(a, b, sums, *cut_off))
+        self.sweep(near_field.cut_below, self.p, self.t, step, model.spare)
         cut = model.comply_with(model.spare, model.beside)
         given = self.p, self.z, self.offset, self.s, model.answer, cut, step, factor, self.change
-        rise = float(self.sweep(lambda a, b, sums: near_field.change(a, b, sums, *given))[0])
+        rise = float(self.sweep(near_field.change, *given)[0])
         self.lowest[...] = -np.inf
         self._found = self._energy + rise / self.size
         return self._found, self._terms

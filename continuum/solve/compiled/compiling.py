@@ -5,8 +5,6 @@ functions that it calls it does not look.  Its name for the file of the code hol
 so that name is given a digest of the sources that any sweep calls from elsewhere, the formulas of the laws first.
 """
 
-from __future__ import annotations
-
 import hashlib
 import logging
 import sys
@@ -39,13 +37,12 @@ Index = NDArray[np.int64]
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
 _HERE = Path(__file__)
-SOURCES = (
-    Path(laws.__file__),
-    _HERE,
-    _HERE.with_name("sweeps.py"),
-    _HERE.with_name("points.py"),
-)
-"""Files, beside its own, whose functions, constants and options a sweep is compiled with."""
+_NAMED = ("sweeps", "points", "tractions", "pressing", "extending")
+SOURCES = (Path(laws.__file__), _HERE, *(_HERE.with_name(f"{name}.py") for name in _NAMED))
+"""Files, beside its own, whose functions, constants, options and types of arguments a sweep is compiled with.
+
+numba's index on disk names those types: where one has another name it cannot be read, and is not asked for.
+"""
 
 
 def digest(sources: Iterable[Path]) -> str:

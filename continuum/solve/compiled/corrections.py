@@ -15,8 +15,6 @@ carry the snap over, which takes conjugate gradients on the whole grid (:mod:`co
 and more.  Those go on from the last state where the tiles do not come to an end.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from continuum.model.fourier import Real
@@ -67,7 +65,7 @@ class TiledSmoothGrid(TilePasses, CompiledSmoothGrid):
         traction, of = below.traction, below.n
         if not np.isfinite(traction[:, :of].sum()):
             return None
-        self.sweep(lambda a, b, sums: pressing.spread(a, b, sums, traction, of, f, self.n))
+        self.sweep(pressing.spread, traction, of, f, self.n)
         below.release()
         return f
 
@@ -130,9 +128,8 @@ class _Tiles:
 
     def _advance(self, step: float) -> tuple[float, float]:
         """Go along the direction: f, z, what is missing there; returns slope and curvature of the energy, summed."""
-        kind, parameters, _ = self.law
-        given = self.f, self.z, self.t, self.w, step, kind, parameters, self.missing, self.stiffness
-        sums = self.tiles.sweep(lambda a, b, sums: tractions.advance_traction(a, b, sums, *given))
+        given = self.f, self.z, self.t, self.w, step, self.law, self.missing, self.stiffness
+        sums = self.tiles.sweep(tractions.advance_traction, *given)
         squares, energy, slope, curvature = (float(each) for each in sums[:4])
         self.residual, self.wall_energy = float(np.sqrt(squares / self.grid.size)), energy / self.grid.size
         return slope, curvature

@@ -12,28 +12,41 @@ node begin; ``node_x`` and ``part_x`` the same of rows.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.solve.backend import nodes
-from continuum.solve.compiled.compiling import TILE, Index, Marks, Mask, compiled, inlined
+from continuum.solve.compiled.compiling import TILE, Index, Mask, compiled, inlined
+from continuum.solve.compiled.pressing import ContactPoints
 
 
-class Nodes:
+class Nodes(NamedTuple):
     """The nodes of a grid of points, and what is summed onto them."""
 
-    def __init__(self, grid: Grid) -> None:
-        nx, ny = nodes(grid)
-        self.node_x, self.part_x, _ = _along(grid.shape[0], nx)
-        self.node, self.part, self.edges = _along(grid.shape[1], ny)
-        self.lines, self.counts = np.zeros((2, grid.shape[0], ny + 1))
-        self.field, self.density = np.zeros((2, nx + 1, ny + 1))
-        self.scale = nx * ny / grid.size
+    node_x: Index
+    part_x: Real
+    node: Index
+    part: Real
+    edges: Index
+    lines: Real
+    """Of each row of points, the sum of a field; and in ``counts`` that of ones, or their density at its nodes."""
+    counts: Real
+    field: Real
+    """The sum of a field over the nodes, and in ``density`` that of ones."""
+    density: Real
+    scale: float
 
-    def sum_lines(self, used: Mask, lines: Real, out: Real) -> None:
-        """Sum the lines of the rows in use onto the nodes."""
-        sum_lines(used, self.node_x, self.part_x, lines, self.scale, out)
+    @classmethod
+    def of(cls, grid: Grid) -> Nodes:
+        """Nodes onto which nothing was summed."""
+        nx, ny = nodes(grid)
+        lines, counts = np.zeros((2, grid.shape[0], ny + 1))
+        field, density = np.zeros((2, nx + 1, ny + 1))
+        (node_x, part_x, _), along_y = _along(grid.shape[0], nx), _along(grid.shape[1], ny)
+        return cls(node_x, part_x, *along_y, lines, counts, field, density, nx * ny / grid.size)
 
     def reached(self) -> Mask:
         """The rows of points that have contact near by."""
@@ -54,19 +67,16 @@ def collect_contact(
     start: int,
     stop: int,
     sums: Real,
-    mask: Mask,
     z: Real,
     shift: float,
     ones: bool,
     out: Real,
-    n: int,
-    touched: Marks,
-    node: Index,
-    part: Real,
-    lines: Real,
-    counts: Real,
+    contact: ContactPoints,
+    nodes: Nodes,
 ) -> None:
     """Set out <- z + shift, or 1, on the contact, 0 off it; lines and counts <- this, and 1, summed along the row."""
+    mask, _, n, touched = contact
+    node, part, lines, counts = nodes.node, nodes.part, nodes.lines, nodes.counts
     for i in range(start, stop):
         if touched[i].max() == 0:
             continue
@@ -90,8 +100,9 @@ def collect_contact(
 
 
 @compiled
-def sum_lines(used: Mask, node_x: Index, part_x: Real, lines: Real, scale: float, out: Real) -> None:
+def sum_lines(used: Mask, nodes: Nodes, lines: Real, out: Real) -> None:
     """Set out <- the lines of the rows in use, summed along x onto the nodes and scaled."""
+    node_x, part_x, scale = nodes.node_x, nodes.part_x, nodes.scale
     out[...] = 0.0
     for i in range(lines.shape[0]):
         if used[i]:
@@ -120,31 +131,16 @@ def _across(values: Real, a: int, w: float, line: Real) -> None:
 
 
 @compiled
-def extend(
-    start: int,
-    stop: int,
-    sums: Real,
-    buffer: Real,
-    mask: Mask,
-    out: Real,
-    node_x: Index,
-    part_x: Real,
-    edges: Index,
-    part: Real,
-    field: Real,
-    density: Real,
-    lines: Real,
-    counts: Real,
-    spread: float,
-) -> None:
+def extend(start: int, stop: int, sums: Real, buffer: Real, mask: Mask, out: Real, nodes: Nodes, spread: float) -> None:
     """Set buffer <- out on the contact, its extension elsewhere; over nodes, field is its sum, density that of 1.
 
     Of each row, counts <- the density at its nodes.
     """
+    edges, part = nodes.edges, nodes.part
     for i in range(start, stop):
-        line, count = lines[i], counts[i]
-        _across(field, node_x[i], part_x[i], line)
-        _across(density, node_x[i], part_x[i], count)
+        line, count = nodes.lines[i], nodes.counts[i]
+        _across(nodes.field, nodes.node_x[i], nodes.part_x[i], line)
+        _across(nodes.density, nodes.node_x[i], nodes.part_x[i], count)
         for b in range(edges.size - 1):
             first, last = edges[b], edges[b + 1]
             row = buffer[i - start, first:last]
@@ -161,21 +157,12 @@ def extend(
 
 @compiled
 def withdraw(
-    start: int,
-    stop: int,
-    sums: Real,
-    buffer: Real,
-    mask: Mask,
-    out: Real,
-    edges: Index,
-    part: Real,
-    lines: Real,
-    counts: Real,
-    spread: float,
+    start: int, stop: int, sums: Real, buffer: Real, mask: Mask, out: Real, nodes: Nodes, spread: float
 ) -> None:
     """The adjoint, first half: out <- buffer on the contact, lines <- what the points beside it hold."""
+    edges, part = nodes.edges, nodes.part
     for i in range(start, stop):
-        line, count = lines[i], counts[i]
+        line, count = nodes.lines[i], nodes.counts[i]
         line[:] = 0.0
         for b in range(edges.size - 1):
             d = count[b]
@@ -183,12 +170,8 @@ def withdraw(
             if d == 0.0 and more == 0.0:
                 continue
             first, last = edges[b], edges[b + 1]
-            row, marks, own, parts = (
-                buffer[i - start, first:last],
-                mask[i, first:last],
-                out[i, first:last],
-                part[first:last],
-            )
+            row, parts = buffer[i - start, first:last], part[first:last]
+            marks, own = mask[i, first:last], out[i, first:last]
             whole = further = 0.0
             for j in range(row.size):
                 here = row[j] / (d + spread + parts[j] * more)
@@ -201,28 +184,16 @@ def withdraw(
 
 
 @compiled
-def give_back(
-    start: int,
-    stop: int,
-    sums: Real,
-    mask: Mask,
-    out: Real,
-    n: int,
-    touched: Marks,
-    node_x: Index,
-    part_x: Real,
-    node: Index,
-    part: Real,
-    field: Real,
-    lines: Real,
-) -> None:
+def give_back(start: int, stop: int, sums: Real, out: Real, contact: ContactPoints, nodes: Nodes) -> None:
     """The second half: out <- out + what the nodes give to the contact; sums: of out."""
+    mask, _, n, touched = contact
+    node, part = nodes.node, nodes.part
     total = 0.0
     for i in range(start, stop):
         if touched[i].max() == 0:
             continue
-        line = lines[i]
-        _across(field, node_x[i], part_x[i], line)
+        line = nodes.lines[i]
+        _across(nodes.field, nodes.node_x[i], nodes.part_x[i], line)
         for tile in range(touched.shape[1]):
             if touched[i, tile] == 0:
                 continue

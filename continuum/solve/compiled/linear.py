@@ -8,18 +8,12 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.solve.coarse import coarse_step
+from continuum.solve.compiled import sweeps
 from continuum.solve.compiled.compiling import Field, Single
 from continuum.solve.compiled.passes import Passes
 from continuum.solve.compiled.points import linear_direction
-from continuum.solve.compiled.sweeps import (
-    finish_low_modes,
-    linear_gradient,
-    linear_last,
-    low_direction,
-    low_gradient,
-)
-from continuum.solve.conjugate import Line, conjugate_line
+from continuum.solve.compiled.sweeps import Low, Spectra
+from continuum.solve.conjugate import Line, coarse_step, conjugate_line
 
 
 class SteppedPasses(Passes):
@@ -39,27 +33,25 @@ class SteppedPasses(Passes):
         self.restrict_q(self.g, below.g, size)
 
     def low_modes(self, shift: float, size: float) -> Real:
-        below = self.linear
-        assert below is not None
-
-        def sweep(a: int, b: int, sums: Real) -> None:
-            rows = self.low_part[0]
-            finish_low_modes(a, b, sums, self.g, self.d, self.w, self.K, shift, rows, self.weights, below.x, size)
-
-        return self.low(sweep)
+        assert self.linear is not None
+        return self.low(sweeps.finish_low_modes, self.spectra, shift, self.low_part[0], self.linear.x, size)
 
     def low_gradient(self, shift: float) -> Real:
-        rows, K, weights = self.low_part[0], self.K, self.weights
-        return self.low(lambda a, b, sums: low_gradient(a, b, sums, self.g, self.w, K, shift, rows, weights))
+        return self.low(sweeps.low_gradient, self.spectra, shift, self.low_part[0])
 
     def low_direction(self, beta: float) -> None:
         """Set d <- beta d - s for the modes of the coarser grid."""
-        rows = self.low_part[0]
-        self.low(lambda a, b, sums: low_direction(a, b, sums, self.d, self.w, rows, beta), inverse=True)
+        given = self.spectra, self.low_part[0], beta
+        self.low_inverse(lambda a, b, sums: sweeps.low_direction(a, b, sums, *given))
 
-    def modes(self, shift: float, *, coarse: bool) -> tuple[int, int, float]:
+    def modes(self, shift: float, *, coarse: bool) -> tuple[Low, float]:
         """Rows and columns that a sweep leaves to the coarser grid, and c0 for the others."""
-        return self.low_part if coarse else (0, 0, shift)
+        return (self.low_part[:2], self.low_part[2]) if coarse else ((0, 0), shift)
+
+    @property
+    def spectra(self) -> Spectra:
+        """The arrays over the modes, for a sweep."""
+        return Spectra(self.g, self.d, self.w, self.K, self.weights)
 
 
 class CompiledLinearGrid(SteppedPasses):
@@ -129,11 +121,11 @@ class CompiledLinearGrid(SteppedPasses):
 
     def _gradient(self, shift: float, alpha: float, beta: float, *, coarse: bool, first: bool) -> Real:
         """Take the last step, of length ``alpha``: x and g; s = M g."""
-        rows, columns, c0 = self.modes(shift, coarse=coarse)
+        low, c0 = self.modes(shift, coarse=coarse)
+        given = self.spectra, self.x, c0, alpha, beta, low
 
         def sweep(a: int, b: int, sums: Real) -> None:
-            spectra = self.g, self.d, self.x, self.w, self.K
-            linear_gradient(a, b, sums, *spectra, c0, alpha, beta, rows, columns, self.weights)
+            sweeps.finish_gradient(a, b, sums, *given)
 
         return self.spectral(sweep, forward=not first, inverse=True, keep_low=coarse)
 
@@ -145,13 +137,10 @@ class CompiledLinearGrid(SteppedPasses):
         def sweep(a: int, b: int, sums: Real, s: Real) -> None:
             linear_direction(a, b, sums, s, self.direction, self.n, beta, self.stiffness)
 
-        return float(self.through(sweep)[0]) / self.size
+        return float(self.through(sweep, inverse=True, forward=True)[0]) / self.size
 
     def _finish(self, shift: float, alpha: float, beta: float, *, coarse: bool) -> None:
         """Take the last step, after which nothing follows: x alone."""
-        rows, columns, c0 = self.modes(shift, coarse=coarse)
-
-        def sweep(a: int, b: int, sums: Real) -> None:
-            linear_last(a, b, sums, self.g, self.d, self.x, self.K, c0, alpha, beta, rows, columns)
-
-        self.spectral(sweep, keep_low=coarse)
+        low, c0 = self.modes(shift, coarse=coarse)
+        given = self.spectra, self.x, c0, alpha, beta, low
+        self.spectral(lambda a, b, sums: sweeps.linear_last(a, b, sums, *given), keep_low=coarse)

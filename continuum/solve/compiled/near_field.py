@@ -5,8 +5,6 @@ grid of every fourth point, along each direction with cubic B-splines on its poi
 Everything is in single precision, as only changes pass.  Each is a function of the tiles ``start:stop`` of a block.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from continuum.model.fourier import Real
@@ -152,12 +150,11 @@ def to_coarse(start: int, stop: int, sums: Real, values: Real, spline: Single, o
 
 
 @compiled
-def add_coarse(
-    start: int, stop: int, sums: Real, own: Single, tiles: Index, slots: Index, rows: int, columns: int, out: Single
-) -> None:
-    """Set out <- the sum of what its points get of the tiles, of shape (rows, columns)."""
+def add_coarse(start: int, stop: int, sums: Real, own: Single, tiles: Index, slots: Index, out: Single) -> None:
+    """Set out <- the sum of what its points get of the tiles."""
     reached = own.shape[1]
-    apart = columns // slots.shape[1]
+    apart = reached - 3
+    rows, columns = slots.shape[0] * apart, slots.shape[1] * apart
     out[:] = 0.0
     for s in range(start, stop):
         for a in range(reached):
@@ -168,20 +165,12 @@ def add_coarse(
 
 @compiled
 def from_coarse(
-    start: int,
-    stop: int,
-    sums: Real,
-    values: Single,
-    tiles: Index,
-    slots: Index,
-    rows: int,
-    columns: int,
-    spline: Single,
-    out: Single,
+    start: int, stop: int, sums: Real, values: Single, tiles: Index, slots: Index, spline: Single, out: Single
 ) -> None:
     """Set out <- out + values, interpolated to the points of each tile."""
-    side, apart = out.shape[1], columns // slots.shape[1]
-    reached, ratio = apart + 3, side // apart
+    side, ratio = out.shape[1], RATIO
+    apart = side // ratio
+    reached, rows, columns = apart + 3, slots.shape[0] * apart, slots.shape[1] * apart
     around = np.empty((reached, ratio * reached), np.float32)
     line = np.empty(ratio * reached, np.float32)
     for s in range(start, stop):

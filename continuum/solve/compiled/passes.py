@@ -6,30 +6,19 @@ rows or columns of a block is done while the block is in the cache, together wit
 values.
 """
 
-from __future__ import annotations
-
 import os
 import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from math import prod
-from typing import Any
+from typing import Any, Concatenate, ParamSpec
 
 import numpy as np
 from numpy.typing import NDArray
 
 from continuum.model import fourier
-from continuum.model.fourier import (
-    Complex,
-    Real,
-    block_edges,
-    columns_forward,
-    columns_inverse,
-    padded,
-    rows_forward,
-    rows_inverse,
-)
+from continuum.model.fourier import Complex, Real, block_edges, padded
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve import backend
@@ -37,22 +26,21 @@ from continuum.solve.compiled import points, sweeps
 from continuum.solve.compiled.compiling import SUMS, TILE, Field, Mask, Single
 from continuum.solve.solution import Work
 
-NEAR = 0.5
-"""Points within this distance of the range of the law are near the wall, in a0: the line search asks these alone."""
 Sweep = Callable[[int, int, Real], None]
 """A function of the block ``first:last``, which writes its sums: six numbers."""
 Buffered = Callable[[int, int, Real, Real], None]
 """The same, which makes or uses rows that are transformed: the last argument."""
-Task = Callable[[int, int, Real], float | None]
-"""A sweep that returns the seconds it took in transforms."""
+Given = ParamSpec("Given")
+Task = Callable[Concatenate[int, int, Real, Given], float | None]
+"""A sweep that is given more than its block and sums; it may return the seconds that it took in transforms."""
 _WORTH_THREADS = 2**17  # points; smaller grids are not worth the start of threads
 
 
 class Passes:
     """The arrays of one grid, and sweeps over them, with threads that sleep between.
 
-    A transform goes by way of one spectrum, ``w``: a field is made by :meth:`into`, :meth:`spectral` goes over the
-    modes, :meth:`out_of` uses the field that was transformed back.  Each pass returns six sums.
+    A transform goes by way of one spectrum, ``w``: a field is made, or used, by :meth:`through`, and :meth:`spectral`
+    goes over the modes.  Each pass returns six sums.
 
     Parameters
     ----------
@@ -118,58 +106,32 @@ class Passes:
 
     def sample(self, fine: Any, of: int, coarse: Any) -> None:
         """Set a field of this grid to points of the finer one's, of rows of ``of`` points: every second, about."""
-        self.sweep(lambda a, b, sums: points.sampled(a, b, sums, fine, of, coarse, self.n))
+        self.sweep(points.sampled, fine, of, coarse, self.n)
 
     def restrict_q(self, spectrum: Real, coarse: Real, size: float = 1.0) -> None:
         """Set a spectrum of the coarser grid to the modes of this one's over ``size``, without Nyquist modes."""
-        rows, columns, _ = self.low_part
-        self.low(lambda a, b, sums: sweeps.restrict_modes(a, b, sums, spectrum, coarse, rows, columns, size))
+        self.low(sweeps.restrict_modes, spectrum, coarse, *self.low_part[:2], size)
 
     # --- passes ------------------------------------------------------------------------------------------------
 
-    def sweep(self, sweep: Sweep) -> Real:
-        """Over the rows, without a transform."""
-        return self.over(sweep, self.row_edges)
+    def sweep(self, sweep: Task[Given], *given: Given.args, **named: Given.kwargs) -> Real:
+        """Over the rows, without a transform; what is given follows the block and its sums."""
+        return self.over(sweep, self.row_edges, *given, **named)
 
-    def into(self, sweep: Buffered) -> Real:
-        """A field is made that is going to be transformed: half a forward transform follows."""
-        self.transforms += 1
-
-        def task(first: int, last: int, sums: Real) -> float:
-            buffer = self._buffer(last - first)
-            sweep(first, last, sums, buffer)
-            began = time.perf_counter()
-            rows_forward(buffer[:, : self.n], self.work_q[first:last])
-            return time.perf_counter() - began
-
-        return self.over(task, self.row_edges)
-
-    def out_of(self, sweep: Buffered) -> Real:
-        """A field that was transformed back is used."""
-        self.transforms += 1
+    def through(self, sweep: Buffered, *, inverse: bool = False, forward: bool = False) -> Real:
+        """A field that was transformed back is used, or one is made that is going to be transformed; or both."""
+        self.transforms += inverse + forward
 
         def task(first: int, last: int, sums: Real) -> float:
             buffer = self._buffer(last - first)
             began = time.perf_counter()
-            rows_inverse(self.work_q[first:last], buffer[:, : self.n])
-            seconds = time.perf_counter() - began
-            sweep(first, last, sums, buffer)
-            return seconds
-
-        return self.over(task, self.row_edges)
-
-    def through(self, sweep: Buffered) -> Real:
-        """A field that was transformed back is used, and transformed forward again."""
-        self.transforms += 2
-
-        def task(first: int, last: int, sums: Real) -> float:
-            buffer = self._buffer(last - first)
-            began = time.perf_counter()
-            rows_inverse(self.work_q[first:last], buffer[:, : self.n])
+            if inverse:
+                fourier.rows_inverse(self.work_q[first:last], buffer[:, : self.n])
             middle = time.perf_counter()
             sweep(first, last, sums, buffer)
             swept = time.perf_counter()
-            rows_forward(buffer[:, : self.n], self.work_q[first:last])
+            if forward:
+                fourier.rows_forward(buffer[:, : self.n], self.work_q[first:last])
             return time.perf_counter() - swept + middle - began
 
         return self.over(task, self.row_edges)
@@ -179,7 +141,7 @@ class Passes:
     ) -> Real:
         """Over the modes, after the other half of a forward transform and before half an inverse one.
 
-        With ``keep_low`` the modes of the coarser grid are not transformed back yet: :meth:`low` does so.
+        With ``keep_low`` the modes of the coarser grid are not transformed back yet: :meth:`low_inverse` does so.
         """
         if not keep_low:
             return self._columns(self.column_edges, sweep, forward, inverse)
@@ -187,9 +149,13 @@ class Passes:
         sums += self._columns(self.high_edges, sweep, forward, inverse)
         return sums
 
-    def low(self, sweep: Sweep, *, inverse: bool = False) -> Real:
-        """Over the modes of the coarser grid."""
-        return self._columns(self.low_edges, sweep, False, inverse)
+    def low(self, sweep: Task[Given], *given: Given.args, **named: Given.kwargs) -> Real:
+        """Over the modes of the coarser grid, without a transform."""
+        return self.over(sweep, self.low_edges, *given, **named)
+
+    def low_inverse(self, sweep: Sweep) -> None:
+        """Over the same modes, which are then transformed back as :meth:`spectral` does it."""
+        self._columns(self.low_edges, sweep, False, True)
 
     def _columns(self, edges: Sequence[int], sweep: Sweep | None, forward: bool, inverse: bool) -> Real:
         """Over the columns between the edges, after and before a transform of ``work_q`` along them."""
@@ -198,7 +164,7 @@ class Passes:
             block = self.work_q[:, first:last]
             began = time.perf_counter()
             if forward:
-                columns_forward(block)
+                fourier.columns_forward(block)
                 if self.held and first == 0:
                     block[0, 0] = 0.0
             middle = time.perf_counter()
@@ -206,7 +172,7 @@ class Passes:
                 sweep(first, last, sums)
             swept = time.perf_counter()
             if inverse:
-                columns_inverse(block)
+                fourier.columns_inverse(block)
             return time.perf_counter() - swept + middle - began
 
         return self.over(task, edges)
@@ -219,13 +185,13 @@ class Passes:
         buffer: Real = self._thread.buffer[:rows]
         return buffer
 
-    def over(self, task: Task, edges: Sequence[int]) -> Real:
+    def over(self, task: Task[Given], edges: Sequence[int], *given: Given.args, **named: Given.kwargs) -> Real:
         """Run a task over all blocks; returns the sums, shape (SUMS,)."""
         blocks = len(edges) - 1
         sums, seconds = np.zeros((blocks, SUMS)), [0.0] * blocks
 
         def run(b: int) -> None:
-            seconds[b] = task(edges[b], edges[b + 1], sums[b]) or 0.0
+            seconds[b] = task(edges[b], edges[b + 1], sums[b], *given, **named) or 0.0
 
         self._each(run, blocks)
         self.fft_seconds += sum(seconds) / min(self.threads, blocks)
@@ -261,14 +227,14 @@ class Passes:
     def forward(self, values: Field) -> None:
         """Transform a field into ``w``; not counted."""
         points = values[:, : self.n]
-        self._transform(lambda a, b: rows_forward(points[a:b], self.work_q[a:b]), self.row_edges)
-        self._transform(lambda a, b: columns_forward(self.work_q[:, a:b]), self.column_edges)
+        self._transform(lambda a, b: fourier.rows_forward(points[a:b], self.work_q[a:b]), self.row_edges)
+        self._transform(lambda a, b: fourier.columns_forward(self.work_q[:, a:b]), self.column_edges)
 
     def inverse(self, out: Field) -> None:
         """Transform ``w`` back into a field; not counted."""
         points = out[:, : self.n]
-        self._transform(lambda a, b: columns_inverse(self.work_q[:, a:b]), self.column_edges)
-        self._transform(lambda a, b: rows_inverse(self.work_q[a:b], points[a:b]), self.row_edges)
+        self._transform(lambda a, b: fourier.columns_inverse(self.work_q[:, a:b]), self.column_edges)
+        self._transform(lambda a, b: fourier.rows_inverse(self.work_q[a:b], points[a:b]), self.row_edges)
 
     def _transform(self, half: Callable[[int, int], None], edges: Sequence[int]) -> None:
         def task(first: int, last: int, sums: Real) -> float:

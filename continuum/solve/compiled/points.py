@@ -3,8 +3,6 @@
 A sweep is a function of the rows ``first:last`` of a block, as those of :mod:`continuum.solve.compiled.tractions`.
 """
 
-from __future__ import annotations
-
 from continuum.model.fourier import Real
 from continuum.solve.compiled.compiling import Field, Single, compiled
 

@@ -1,7 +1,5 @@
 """What vanishes off a contact on processor cores: where it may not, its transforms, and the preconditioner Eᵀ K E."""
 
-from __future__ import annotations
-
 import time
 from functools import cached_property
 
@@ -14,6 +12,7 @@ from continuum.solve.compiled import extending, pressing
 from continuum.solve.compiled.compiling import Marks, Mask
 from continuum.solve.compiled.extending import Nodes
 from continuum.solve.compiled.passes import Sweep
+from continuum.solve.compiled.pressing import ContactPoints
 from continuum.solve.compiled.tiles import TilePasses
 
 
@@ -31,6 +30,7 @@ class ContactPasses(TilePasses):
 
     softest: float
     """K of the softest wave."""
+    m: Real
 
     def __init__(self, grid: Grid, K: Real, threads: int) -> None:
         super().__init__(grid, K, threads)
@@ -39,11 +39,16 @@ class ContactPasses(TilePasses):
         self.touched: Marks = np.full(self.near.shape, 2, dtype=np.uint8)
         self.lowest, self.worst = np.zeros(self.near.shape), np.zeros(grid.shape[0])
         self.mask: Mask = np.zeros(grid.shape, dtype=np.bool_)
-        self.nodes = Nodes(grid)
+        self.nodes = Nodes.of(grid)
 
     def set_mean_stiffness(self, stiffness: float, *, held: bool) -> None:
         super().set_mean_stiffness(stiffness, held=held)
         self.G[0, 0] = 1.0 / stiffness if stiffness > 0 else 0.0
+
+    @property
+    def contact(self) -> ContactPoints:
+        """The points in contact, for a sweep."""
+        return ContactPoints(self.mask, self.m, self.n, self.touched)
 
     def _touch_all(self) -> None:
         """Take every tile as one that may have been touched."""
@@ -115,22 +120,18 @@ class ContactPasses(TilePasses):
         For E see :mod:`continuum.solve.compiled.extending`.
         """
         self.transforms += 2
-        n, mask, nodes, touched = self.n, self.mask, self.nodes, self.touched
-        along = nodes.node, nodes.part, nodes.lines, nodes.counts
-        given = mask, out if z is None else z, shift, z is None, out, n, touched
-        self.sweep(lambda a, b, sums: extending.collect_contact(a, b, sums, *given, *along))
-        used: Mask = np.any(touched, axis=1)
-        nodes.sum_lines(used, nodes.lines, nodes.field)
-        nodes.sum_lines(used, nodes.counts, nodes.density)
+        n, mask, nodes, contact = self.n, self.mask, self.nodes, self.contact
+        self.sweep(extending.collect_contact, out if z is None else z, shift, z is None, out, contact, nodes)
+        used: Mask = np.any(self.touched, axis=1)
+        extending.sum_lines(used, nodes, nodes.lines, nodes.field)
+        extending.sum_lines(used, nodes, nodes.counts, nodes.density)
         reached = nodes.reached()
-        lines, counts = nodes.lines, nodes.counts
-        to_rows = nodes.node_x, nodes.part_x, nodes.edges, nodes.part, nodes.field, nodes.density, lines, counts, SPREAD
 
         def forward(first: int, last: int, sums: Real) -> float:
             buffer, end, seconds = self._buffer(last - first), first, 0.0
             for a, b in runs(reached[first:last], first):
                 self.work_q[end:a] = 0.0
-                extending.extend(a, b, sums, buffer, mask, out, *to_rows)
+                extending.extend(a, b, sums, buffer, mask, out, nodes, SPREAD)
                 began = time.perf_counter()
                 rows_forward(buffer[: b - a, :n], self.work_q[a:b])
                 end, seconds = b, seconds + time.perf_counter() - began
@@ -143,16 +144,15 @@ class ContactPasses(TilePasses):
                 began = time.perf_counter()
                 rows_inverse(self.work_q[a:b], buffer[: b - a, :n])
                 seconds += time.perf_counter() - began
-                extending.withdraw(a, b, sums, buffer, mask, out, nodes.edges, nodes.part, lines, counts, SPREAD)
+                extending.withdraw(a, b, sums, buffer, mask, out, nodes, SPREAD)
             return seconds
 
         self.over(forward, self.row_edges)
         K, softest = self.K, self.softest
         self.spectral(lambda a, b, sums: pressing.stiffness(a, b, sums, self.w, K, softest), forward=True, inverse=True)
         self.over(inverse, self.row_edges)
-        nodes.sum_lines(reached, nodes.lines, nodes.field)
-        back = mask, out, n, touched, nodes.node_x, nodes.part_x, nodes.node, nodes.part, nodes.field, nodes.lines
-        return float(self.sweep(lambda a, b, sums: extending.give_back(a, b, sums, *back))[0])
+        extending.sum_lines(reached, nodes, nodes.lines, nodes.field)
+        return float(self.sweep(extending.give_back, out, contact, nodes)[0])
 
 
 def runs(used: Mask, first: int) -> list[tuple[int, int]]:

@@ -10,15 +10,25 @@ says which do (2), which did and still hold values of then (1), and where p, t, 
 least z of each tile: one without contact is not looked at as long as its lowest point does not overlap.
 """
 
-from __future__ import annotations
+from typing import NamedTuple
 
 from continuum.model.fourier import Real
 from continuum.solve.compiled.compiling import TILE, Field, Marks, Mask, compiled
 
 
+class ContactPoints(NamedTuple):
+    """The points in contact."""
+
+    mask: Mask
+    m: Real
+    n: int
+    touched: Marks
+
+
 @compiled
-def level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real, most: float, n: int, touched: Marks) -> None:
+def level(start: int, stop: int, sums: Real, p: Real, z: Real, most: float, contact: ContactPoints) -> None:
     """Where p presses, less than it may; sums: of m z, of m."""
+    _, m, n, touched = contact
     mz = in_m = 0.0
     for i in range(start, stop):
         for tile in range(touched.shape[1]):
@@ -30,26 +40,15 @@ def level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real, most: fl
                 here = mi[j] if 0.0 < pi[j] < most else 0.0
                 mz += here * zi[j]
                 in_m += here
-    sums[0] = mz
-    sums[1] = in_m
+    sums[:2] = mz, in_m
 
 
 @compiled
 def select(
-    start: int,
-    stop: int,
-    sums: Real,
-    p: Real,
-    z: Real,
-    shift: float,
-    mask: Mask,
-    m: Real,
-    most: float,
-    n: int,
-    touched: Marks,
-    lowest: Real,
+    start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, most: float, lowest: Real, contact: ContactPoints
 ) -> None:
     """Contact: the points that press or overlap; sums: how many; how many are new or gone; of m z, m, (z + shift)⁸."""
+    mask, m, n, touched = contact
     changed = mz = in_m = count = eighth = 0.0
     for i in range(start, stop):
         for tile in range(touched.shape[1]):
@@ -74,16 +73,13 @@ def select(
                 touched[i, tile] = 2
             elif touched[i, tile] == 2:
                 touched[i, tile] = 1
-    sums[0] = count
-    sums[1] = changed
-    sums[2] = mz
-    sums[3] = in_m
-    sums[4] = eighth
+    sums[:5] = count, changed, mz, in_m, eighth
 
 
 @compiled
-def ones(start: int, stop: int, sums: Real, mask: Mask, m: Real, n: int, touched: Marks) -> None:
+def ones(start: int, stop: int, sums: Real, contact: ContactPoints) -> None:
     """Set m <- 1 on the contact, 0 off it."""
+    mask, m, n, touched = contact
     for i in range(start, stop):
         for tile in range(touched.shape[1]):
             if touched[i, tile] == 0:
@@ -107,20 +103,10 @@ def stiffness(first: int, last: int, sums: Real, work: Field, K: Field, least: f
 
 @compiled
 def correct(
-    start: int,
-    stop: int,
-    sums: Real,
-    mask: Mask,
-    z: Real,
-    change: Real,
-    t: Real,
-    s: Real,
-    m: Real,
-    weight: float,
-    n: int,
-    touched: Marks,
+    start: int, stop: int, sums: Real, z: Real, change: Real, t: Real, s: Real, weight: float, contact: ContactPoints
 ) -> None:
     """Set s <- s - weight m on the contact, t <- 0 off it.  sums: of s², z s, (change of z) s, t, z t, z m."""
+    mask, m, n, touched = contact
     ss = zs = ys = in_t = zt = zm = 0.0
     for i in range(start, stop):
         for tile in range(touched.shape[1]):
@@ -143,30 +129,15 @@ def correct(
                     ti[j] = 0.0
             if touched[i, tile] == 1:
                 touched[i, tile] = 0
-    sums[0] = ss
-    sums[1] = zs
-    sums[2] = ys
-    sums[3] = in_t
-    sums[4] = zt
-    sums[5] = zm
+    sums[:] = ss, zs, ys, in_t, zt, zm
 
 
 @compiled
 def direction_on_contact(
-    start: int,
-    stop: int,
-    sums: Real,
-    mask: Mask,
-    t: Real,
-    s: Real,
-    m: Real,
-    beta: float,
-    weight: float,
-    out: Real,
-    n: int,
-    touched: Marks,
+    start: int, stop: int, sums: Real, t: Real, s: Real, beta: float, weight: float, out: Real, contact: ContactPoints
 ) -> None:
     """Direction t <- s + beta (t - weight m), copied into the rows of out that have contact."""
+    mask, m, n, touched = contact
     for i in range(start, stop):
         if touched[i].max() == 0:
             continue
@@ -231,9 +202,7 @@ def trial(
                 new = min(max(new, 0.0), most)
                 after += new
                 oi[j] = new
-    sums[0] = below
-    sums[1] = before
-    sums[2] = after
+    sums[:3] = below, before, after
 
 
 @compiled
@@ -294,8 +263,7 @@ def arrive(
             for j in range(oi.size):
                 energy += 0.5 * pi[j] * (oi[j] + hi[j])
                 size += pi[j] * (abs(oi[j]) + abs(hi[j]))
-    sums[0] = energy
-    sums[1] = size
+    sums[:2] = energy, size
 
 
 @compiled
@@ -350,8 +318,7 @@ def work_above(start: int, stop: int, sums: Real, p: Real, z: Real, least: float
             for j in range(pi.size):
                 work += pi[j] * (zi[j] - least)
                 total += pi[j]
-    sums[0] = work
-    sums[1] = total
+    sums[:2] = work, total
 
 
 @compiled

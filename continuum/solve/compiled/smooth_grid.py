@@ -1,7 +1,5 @@
 """The grid of the smooth solver on processor cores, in the words of :mod:`continuum.solve.grids`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property, partial
 from typing import Self
@@ -16,7 +14,8 @@ from continuum.solve.boxes import Boxes
 from continuum.solve.compiled import points, sweeps, tractions
 from continuum.solve.compiled.compiling import Single
 from continuum.solve.compiled.linear import CompiledLinearGrid, SteppedPasses
-from continuum.solve.compiled.passes import NEAR, Sweep, reused
+from continuum.solve.compiled.passes import Sweep, reused
+from continuum.solve.compiled.tractions import Pull
 from continuum.solve.solution import Solution, Work
 
 NONE: Real = np.zeros((0, 0))
@@ -123,9 +122,7 @@ class CompiledSmoothGrid(SteppedPasses):
 
     def forget_wall(self) -> None:
         """Give that of traction and stiffness back."""
-        self.traction, self.stiffness = NONE, self._no_stiffness
-
-    _no_stiffness: Single = np.zeros((0, 0), np.float32)
+        self.traction, self.stiffness = NONE, NO_STIFFNESS
 
     def set_coarser_problem(self, *, started: bool) -> None:
         # The offset of the coarser grid lies in the memory of the direction, which is lost.
@@ -147,7 +144,9 @@ class CompiledSmoothGrid(SteppedPasses):
 
     def _load(self, values: Real) -> float:
         """Begin to transform a field; returns its sum."""
-        return float(self.into(lambda a, b, sums, out: points.copy(a, b, sums, out, values, self.n))[0])
+        return float(
+            self.through(lambda a, b, sums, out: points.copy(a, b, sums, out, values, self.n), forward=True)[0]
+        )
 
     def _reflect(self) -> None:
         """Set z <- offset - z + lift: the gap of a displacement."""
@@ -184,8 +183,8 @@ class CompiledSmoothGrid(SteppedPasses):
 
     def _displace(self) -> float:
         """Spectrum of the displacement; returns its mean."""
-        z, n, offset, lift = self.z, self.n, self.offset, self.lift
-        sums = self.into(lambda a, b, sums, out: points.displace(a, b, sums, out, z, n, offset, lift))
+        given = self.z, self.n, self.offset, self.lift
+        sums = self.through(lambda a, b, sums, out: points.displace(a, b, sums, out, *given), forward=True)
         self.spectral(forward=True)
         return float(sums[0]) / self.size
 
@@ -197,7 +196,11 @@ class CompiledSmoothGrid(SteppedPasses):
     def _lay(self) -> None:
         """The gap of a displacement that was transformed back."""
         z, n, offset, lift = self.z, self.n, self.offset, self.lift
-        self.out_of(lambda a, b, sums, u: points.displace(0, b - a, sums, z[a:b], u, n, offset[a:b], lift))
+
+        def sweep(a: int, b: int, sums: Real, u: Real) -> None:
+            points.displace(0, b - a, sums, z[a:b], u, n, offset[a:b], lift)
+
+        self.through(sweep, inverse=True)
 
     def _press(self) -> None:
         """Traction of the gap, to be transformed."""
@@ -219,29 +222,26 @@ class CompiledSmoothGrid(SteppedPasses):
 
     def _finished(self, shift: float, alpha: float, beta: float, *, coarse: bool) -> Sweep:
         """The gradient after a step, and M g."""
-        low = self.modes(shift, coarse=coarse)
-        spectra, weights = (self.g, self.d, self.w, self.K), self.weights
+        low, c0 = self.modes(shift, coarse=coarse)
+        given = self.spectra, None, c0, alpha, beta, low
+        return lambda a, b, sums: sweeps.finish_gradient(a, b, sums, *given)
 
-        def sweep(a: int, b: int, sums: Real) -> None:
-            rows, columns, c0 = low
-            sweeps.finish_gradient(a, b, sums, *spectra, c0, alpha, beta, rows, columns, weights)
-
-        return sweep
+    @property
+    def wall(self) -> Pull:
+        """What is kept of the wall, for a sweep."""
+        return Pull(self.near, self.traction, self.stiffness)
 
     def new_direction(self, beta: float, *, coarse: bool) -> float:
         if coarse:
             self.low_direction(beta)
-        direction, stiffness = self.direction, self.stiffness
-        sums = self.out_of(
-            lambda a, b, sums, s: tractions.direction_near(a, b, sums, s, direction, self.n, beta, stiffness, self.near)
-        )
+        given = self.direction, self.n, beta, self.wall
+        sums = self.through(lambda a, b, sums, s: tractions.direction_near(a, b, sums, s, *given), inverse=True)
         return float(sums[0]) / self.size
 
     def line(self, alpha: float) -> tuple[float, float]:
         self.trials += 1
-        kind, parameters, _ = self.law
-        given = self.z, self.direction, self.n, alpha, kind, parameters, self.near, self.traction
-        slope, curvature = self.sweep(lambda a, b, sums: tractions.search_line(a, b, sums, *given))[:2] / self.size
+        given = self.z, self.direction, self.n, alpha, self.law, self.wall
+        slope, curvature = self.sweep(tractions.search_line, *given)[:2] / self.size
         return float(slope), float(curvature)
 
     def move(self, step: float, alpha: float) -> tuple[float, float, float]:
@@ -252,9 +252,8 @@ class CompiledSmoothGrid(SteppedPasses):
 
     def _step_along(self, d: Real, step: float, alpha: float) -> Real:
         """Move the gap, whose change of the traction is to be transformed; returns the sums as means."""
-        z, n, (kind, parameters, reach) = self.z, self.n, self.law
-        law = kind, parameters, reach, reach + NEAR, self.near, self.traction, self.stiffness
-        sums = self.into(lambda a, b, sums, p: tractions.move_gap(a, b, sums, p, z, d, n, step, alpha, *law))
+        given = self.z, d, self.n, step, alpha, self.law, self.wall
+        sums = self.through(lambda a, b, sums, p: tractions.move_gap(a, b, sums, p, *given), forward=True)
         return sums[:4] / self.size
 
     def clear(self) -> None:

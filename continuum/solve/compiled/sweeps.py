@@ -8,27 +8,32 @@ Numbers are made of the type of the arrays before a loop, so that those in singl
 The next coarser grid carries the columns below ``low_columns`` of the rows within ``low_rows`` of row 0.
 """
 
-from __future__ import annotations
+from typing import NamedTuple
 
 from continuum.model.fourier import Real
 from continuum.solve.compiled.compiling import Field, compiled, inlined
 
+Low = tuple[int, int]
+"""``low_rows`` and ``low_columns``; zeros where no coarser grid takes part."""
+
+
+class Spectra(NamedTuple):
+    """The arrays of a grid over the modes, all of one precision."""
+
+    g: Field
+    """Gradient."""
+    d: Field
+    """Direction of the steps."""
+    work: Field
+    """What is transformed, or was."""
+    K: Field
+    weights: Field
+    """Of the columns."""
+
 
 @compiled
 def finish_gradient(
-    first: int,
-    last: int,
-    sums: Real,
-    g: Field,
-    d: Field,
-    work: Field,
-    K: Field,
-    c0: float,
-    alpha: float,
-    beta: float,
-    low_rows: int,
-    low_columns: int,
-    weights: Field,
+    first: int, last: int, sums: Real, spectra: Spectra, x: Field | None, c0: float, alpha: float, beta: float, low: Low
 ) -> None:
     """Finish the last step in Fourier space and precondition the new gradient.
 
@@ -40,102 +45,57 @@ def finish_gradient(
         g <- g + y
         work <- s = M g          modes of the coarse grid: y, and d is left as it is
 
+    Where the wall is linear there is an x, x <- x + alpha d, and ``work`` holds the traction of a step of length one.
     sums: |g|², and without the coarse modes <g,s>, <y,s>, <y,My>, <s,Ks>, <s,Kd>.
     """
-    rows = K.shape[0]
+    g, d, work, K, weights = spectra
+    rows, (low_rows, low_columns) = K.shape[0], low
+    part, weight = slice(2 * first, 2 * last), weights[first:last]
     for i in range(rows):
-        gi = g[i, 2 * first : 2 * last]
-        di = d[i, 2 * first : 2 * last]
-        wi = work[i, 2 * first : 2 * last]
-        ki = K[i, first:last]
-        weight = weights[first:last]
+        gi, di, wi, ki = g[i, part], d[i, part], work[i, part], K[i, first:last]
         if first < low_columns and (i < low_rows or i > rows - low_rows):
+            if x is not None:
+                _scale(wi, alpha)
             sums[0] += _finish_low(gi, di, wi, ki, weight, alpha)
-            continue
-        # A row stays in the cache for three short loops, which vectorise where one long one does not.
-        _follow(gi, di, wi, ki, c0, alpha, beta, 1.0)
-        gg, gs, ys, ym = _finish(gi, wi, ki, weight, c0)
-        ss, sd = _precondition(gi, di, wi, ki, weight, c0)
-        sums[0] += gg
-        sums[1] += gs
-        sums[2] += ys
-        sums[3] += ym
-        sums[4] += ss
-        sums[5] += sd
-
-
-@compiled
-def linear_gradient(
-    first: int,
-    last: int,
-    sums: Real,
-    g: Field,
-    d: Field,
-    x: Field,
-    work: Field,
-    K: Field,
-    c0: float,
-    alpha: float,
-    beta: float,
-    low_rows: int,
-    low_columns: int,
-    weights: Field,
-) -> None:
-    """The same where the wall is linear: ``work`` holds the traction of a step of length one; x <- x + alpha d."""
-    rows = K.shape[0]
-    for i in range(rows):
-        gi = g[i, 2 * first : 2 * last]
-        di = d[i, 2 * first : 2 * last]
-        xi = x[i, 2 * first : 2 * last]
-        wi = work[i, 2 * first : 2 * last]
-        ki = K[i, first:last]
-        weight = weights[first:last]
-        if first < low_columns and (i < low_rows or i > rows - low_rows):
-            _scale(wi, alpha)
-            sums[0] += _finish_low(gi, di, wi, ki, weight, alpha)
-            _advance(xi, di, alpha)
-            continue
-        _follow(gi, di, wi, ki, c0, alpha, beta, alpha)
-        _advance(xi, di, alpha)
-        gg, gs, ys, ym = _finish(gi, wi, ki, weight, c0)
-        ss, sd = _precondition(gi, di, wi, ki, weight, c0)
-        sums[0] += gg
-        sums[1] += gs
-        sums[2] += ys
-        sums[3] += ym
-        sums[4] += ss
-        sums[5] += sd
+        else:
+            # A row stays in the cache for three short loops, which vectorise where one long one does not.
+            _follow(gi, di, wi, ki, c0, alpha, beta, 1.0 if x is None else alpha)
+            gg, gs, ys, ym = _finish(gi, wi, ki, weight, c0)
+            ss, sd = _precondition(gi, di, wi, ki, weight, c0)
+            _add(sums, gg, gs, ys, ym, ss, sd)
+        if x is not None:
+            _advance(x[i, part], di, alpha)
 
 
 @compiled
 def linear_last(
-    first: int,
-    last: int,
-    sums: Real,
-    g: Field,
-    d: Field,
-    x: Field,
-    K: Field,
-    c0: float,
-    alpha: float,
-    beta: float,
-    low_rows: int,
-    low_columns: int,
+    first: int, last: int, sums: Real, spectra: Spectra, x: Field, c0: float, alpha: float, beta: float, low: Low
 ) -> None:
     """The last step alone, after which no gradient is needed: x <- x + alpha d."""
+    g, d, _, K, _ = spectra
     real = K.dtype.type
     c, b = real(c0), real(beta)
-    rows = K.shape[0]
+    rows, (low_rows, low_columns) = K.shape[0], low
+    part = slice(2 * first, 2 * last)
     for i in range(rows):
-        gi = g[i, 2 * first : 2 * last]
-        di = d[i, 2 * first : 2 * last]
-        ki = K[i, first:last]
+        gi, di, ki = g[i, part], d[i, part], K[i, first:last]
         if not (first < low_columns and (i < low_rows or i > rows - low_rows)):
             for j in range(ki.size):
                 m = real(1.0) / (ki[j] + c)
                 di[2 * j] = b * di[2 * j] - m * gi[2 * j]
                 di[2 * j + 1] = b * di[2 * j + 1] - m * gi[2 * j + 1]
-        _advance(x[i, 2 * first : 2 * last], di, alpha)
+        _advance(x[i, part], di, alpha)
+
+
+@inlined
+def _add(sums: Real, gg: float, gs: float, ys: float, ym: float, ss: float, sd: float) -> None:
+    """The sums of a row to those of the block."""
+    sums[0] += gg
+    sums[1] += gs
+    sums[2] += ys
+    sums[3] += ym
+    sums[4] += ss
+    sums[5] += sd
 
 
 @inlined
@@ -162,8 +122,7 @@ def _finish_low(gi: Field, di: Field, wi: Field, ki: Field, weight: Field, alpha
     for j in range(ki.size):
         y0 = a * ki[j] * di[2 * j] + wi[2 * j]
         y1 = a * ki[j] * di[2 * j + 1] + wi[2 * j + 1]
-        g0 = gi[2 * j] + y0
-        g1 = gi[2 * j + 1] + y1
+        g0, g1 = gi[2 * j] + y0, gi[2 * j + 1] + y1
         wi[2 * j] = y0
         wi[2 * j + 1] = y1
         gi[2 * j] = g0
@@ -196,10 +155,8 @@ def _finish(gi: Field, wi: Field, ki: Field, weight: Field, c0: float) -> tuple[
     for j in range(ki.size):
         w = weight[j]
         m = w / (ki[j] + c)
-        y0 = wi[2 * j]
-        y1 = wi[2 * j + 1]
-        g0 = gi[2 * j] + y0
-        g1 = gi[2 * j + 1] + y1
+        y0, y1 = wi[2 * j], wi[2 * j + 1]
+        g0, g1 = gi[2 * j] + y0, gi[2 * j + 1] + y1
         gi[2 * j] = g0
         gi[2 * j + 1] = g1
         square = g0 * g0 + g1 * g1
@@ -218,8 +175,7 @@ def _precondition(gi: Field, di: Field, wi: Field, ki: Field, weight: Field, c0:
     for j in range(ki.size):
         k = ki[j]
         m = one / (k + c)
-        s0 = m * gi[2 * j]
-        s1 = m * gi[2 * j + 1]
+        s0, s1 = m * gi[2 * j], m * gi[2 * j + 1]
         wi[2 * j] = s0
         wi[2 * j + 1] = s1
         k *= weight[j]
@@ -230,40 +186,23 @@ def _precondition(gi: Field, di: Field, wi: Field, ki: Field, weight: Field, c0:
 
 @compiled
 def finish_low_modes(
-    first: int,
-    last: int,
-    sums: Real,
-    g: Field,
-    d: Field,
-    work: Field,
-    K: Field,
-    c0: float,
-    low_rows: int,
-    weights: Field,
-    e: Field,
-    size: float,
+    first: int, last: int, sums: Real, spectra: Spectra, c0: float, low_rows: int, e: Field, size: float
 ) -> None:
     """The modes that the coarse grid has seen: work <- s = -size e, and their share of the sums of `gradient`."""
+    g, d, work, K, weights = spectra
     real = K.dtype.type
     c, factor = real(c0), -real(size)
-    rows = K.shape[0]
+    rows, part, weight = K.shape[0], slice(2 * first, 2 * last), weights[first:last]
     for i in range(rows):
         if low_rows <= i <= rows - low_rows:
             continue
         coarse = i if i < low_rows else i - rows + e.shape[0]
-        gi = g[i, 2 * first : 2 * last]
-        di = d[i, 2 * first : 2 * last]
-        wi = work[i, 2 * first : 2 * last]
-        ei = e[coarse, 2 * first : 2 * last]
-        ki = K[i, first:last]
-        weight = weights[first:last]
+        gi, di, wi, ei, ki = g[i, part], d[i, part], work[i, part], e[coarse, part], K[i, first:last]
         gs = ys = ym = ss = sd = real(0.0)
         for j in range(ki.size):
             w = weight[j]
-            y0 = wi[2 * j]
-            y1 = wi[2 * j + 1]
-            s0 = factor * ei[2 * j]
-            s1 = factor * ei[2 * j + 1]
+            y0, y1 = wi[2 * j], wi[2 * j + 1]
+            s0, s1 = factor * ei[2 * j], factor * ei[2 * j + 1]
             wi[2 * j] = s0
             wi[2 * j + 1] = s1
             ym += w / (ki[j] + c) * (y0 * y0 + y1 * y1)
@@ -271,39 +210,24 @@ def finish_low_modes(
         for j in range(ki.size):
             w = weight[j]
             k = w * ki[j]
-            s0 = wi[2 * j]
-            s1 = wi[2 * j + 1]
+            s0, s1 = wi[2 * j], wi[2 * j + 1]
             gs += w * (gi[2 * j] * s0 + gi[2 * j + 1] * s1)
             ss += k * (s0 * s0 + s1 * s1)
             sd += k * (s0 * di[2 * j] + s1 * di[2 * j + 1])
-        sums[1] += gs
-        sums[2] += ys
-        sums[3] += ym
-        sums[4] += ss
-        sums[5] += sd
+        _add(sums, 0.0, gs, ys, ym, ss, sd)
 
 
 @compiled
-def low_gradient(
-    first: int,
-    last: int,
-    sums: Real,
-    g: Field,
-    work: Field,
-    K: Field,
-    c0: float,
-    low_rows: int,
-    weights: Field,
-) -> None:
+def low_gradient(first: int, last: int, sums: Real, spectra: Spectra, c0: float, low_rows: int) -> None:
     """The same modes where the coarse step does not descend: work <- s = M g; sums: <g,s> at 1, <s,Ks> at 4."""
+    g, _, work, K, weights = spectra
     c = K.dtype.type(c0)
     rows = K.shape[0]
     for i in range(rows):
         if low_rows <= i <= rows - low_rows:
             continue
         for j in range(first, last):
-            w = weights[j]
-            k = K[i, j]
+            w, k = weights[j], K[i, j]
             for part in range(2 * j, 2 * j + 2):
                 s = g[i, part] / (k + c)
                 work[i, part] = s
@@ -312,15 +236,15 @@ def low_gradient(
 
 
 @compiled
-def low_direction(first: int, last: int, sums: Real, d: Field, work: Field, low_rows: int, beta: float) -> None:
+def low_direction(first: int, last: int, sums: Real, spectra: Spectra, low_rows: int, beta: float) -> None:
     """Direction d <- beta d - s for those modes; the others follow in `gradient`."""
+    _, d, work, _, _ = spectra
     b = d.dtype.type(beta)
-    rows = d.shape[0]
+    rows, part = d.shape[0], slice(2 * first, 2 * last)
     for i in range(rows):
         if low_rows <= i <= rows - low_rows:
             continue
-        di = d[i, 2 * first : 2 * last]
-        wi = work[i, 2 * first : 2 * last]
+        di, wi = d[i, part], work[i, part]
         for c in range(di.size):
             di[c] = b * di[c] - wi[c]
 

@@ -23,7 +23,7 @@ from continuum.solve.backend import SPREAD
 from continuum.solve.compiled import near_field, pressing
 from continuum.solve.compiled.compiling import SUMS, Field, Index, Mask, Single
 from continuum.solve.compiled.near_field import RATIO, REACHED, SIDE, cubic_spline, weights, width
-from continuum.solve.compiled.passes import Passes, Sweep
+from continuum.solve.compiled.passes import Given, Passes, Task
 from continuum.solve.solution import Work
 
 REACH, STIFF_REACH = 15, 7
@@ -252,26 +252,24 @@ class Tiles:
         blocks = whole[: nx * SIDE, : ny * SIDE].reshape(nx, SIDE, ny, SIDE)
         blocks[self.places[:, 0], :, self.places[:, 1]] = values.reshape(-1, SIDE, SIDE)
 
-    def sweep(self, sweep: Sweep) -> Real:
+    def sweep(self, sweep: Task[Given], *given: Given.args, **named: Given.kwargs) -> Real:
         """Over the rows of the tiles."""
-        return self.whole.over(sweep, self.row_edges)
+        return self.whole.over(sweep, self.row_edges, *given, **named)
 
-    def _each(self, sweep: Sweep) -> Real:
+    def _each(self, sweep: Task[Given], *given: Given.args, **named: Given.kwargs) -> Real:
         """Over the tiles."""
-        return self.whole.over(sweep, self.tile_edges)
+        return self.whole.over(sweep, self.tile_edges, *given, **named)
 
     # --- the model of the response -----------------------------------------------------------------------------
 
     def _down(self, values: Real, onto: Single) -> None:
         """Values to the coarse grid."""
-        (nx, ny), spline, corners = self.split.far.grid.shape, self.split.spline, self.corners
-        self._each(lambda a, b, sums: near_field.to_coarse(a, b, sums, values, spline, corners))
-        near_field.add_coarse(0, len(self.places), np.zeros(SUMS), corners, self.places, self.slots, nx, ny, onto)
+        self._each(near_field.to_coarse, values, self.split.spline, self.corners)
+        near_field.add_coarse(0, len(self.places), np.zeros(SUMS), self.corners, self.places, self.slots, onto)
 
     def _up(self, coarse: Single, out: Single) -> None:
         """Add what the coarse grid has."""
-        onto = self.places, self.slots, *self.split.far.grid.shape, self.split.spline, out
-        self._each(lambda a, b, sums: near_field.from_coarse(a, b, sums, coarse, *onto))
+        self._each(near_field.from_coarse, coarse, self.places, self.slots, self.split.spline, out)
 
     def _respond(self, field: Single, response: Single) -> Single:
         """A response on the coarse grid."""
@@ -283,10 +281,8 @@ class Tiles:
         return back
 
     def _sum_near(self, values: Real, kernel: Single, reach: int, own: Single, out: Single) -> None:
-        columns, some = width(reach), self.some
-        self._each(lambda a, b, sums: near_field.near_field(a, b, sums, values, kernel, reach, columns, own, some))
-        where = self.places, self.slots, out
-        self._each(lambda a, b, sums: near_field.gather_near(a, b, sums, own, some, reach, *where))
+        self._each(near_field.near_field, values, kernel, reach, width(reach), own, self.some)
+        self._each(near_field.gather_near, own, self.some, reach, self.places, self.slots, out)
 
     def comply_with(self, values: Real, out: Single) -> Single:
         """Set out <- G times values."""
@@ -308,7 +304,7 @@ class Tiles:
         c, beside, f = self.spare, self.beside, self.spare if z is None else z
 
         def on_contact(values: Field, by: float, ones: bool) -> None:
-            self.sweep(lambda a, b, sums: near_field.on_contact(a, b, sums, mask, values, by, ones, c))
+            self.sweep(near_field.on_contact, mask, values, by, ones, c)
 
         if not np.array_equal(mask, self.shared):
             self.shared[...] = mask
@@ -321,7 +317,7 @@ class Tiles:
         np.multiply(field, share, out=smooth)
         beside[...] = 0.0
         self._up(smooth, beside)
-        self.sweep(lambda a, b, sums: near_field.subtract_on_contact(a, b, sums, mask, beside, c))
+        self.sweep(near_field.subtract_on_contact, mask, beside, c)
         self._down(c, field)
         field += smooth
         back = self._respond(field, near.K_far)
@@ -334,7 +330,7 @@ class Tiles:
         more = self.answer
         more[...] = 0.0
         self._up(smooth, more)
-        return float(self.sweep(lambda a, b, sums: near_field.onto_contact(a, b, sums, mask, beside, more, out))[0])
+        return float(self.sweep(near_field.onto_contact, mask, beside, more, out)[0])
 
     def relent(self, missing: Real, stiffness: Single, out: Real) -> None:
         """Set out to about (1 + φ'' G)^-1 missing, φ'' being the stiffness."""

@@ -7,20 +7,31 @@ that are not numbers are near, so that they are not lost.  The stiffness of the 
 serves the length of a first step and the linear problems of coarser grids.
 """
 
-from __future__ import annotations
+from typing import NamedTuple
 
 import numpy as np
 
 from continuum.model.fourier import Real
-from continuum.model.laws import respond
+from continuum.model.laws import Law, respond
 from continuum.solve.compiled.compiling import TILE, Mask, Single, compiled, inlined
+
+NEAR = 0.5
+"""Points within this distance of the range of the law are near the wall, in a0: the line search asks these alone."""
+
+
+class Pull(NamedTuple):
+    """What is kept of the wall at the gap at hand."""
+
+    near: Mask
+    """The tiles near it."""
+    traction: Real
+    stiffness: Single
 
 
 @compiled
-def direction_near(
-    first: int, last: int, sums: Real, s: Real, d: Real, n: int, beta: float, stiffness: Single, near: Mask
-) -> None:
+def direction_near(first: int, last: int, sums: Real, s: Real, d: Real, n: int, beta: float, wall: Pull) -> None:
     """New direction, d <- beta d - s.  sums, over the marked tiles: of stiffness d²."""
+    near, _, stiffness = wall
     curvature = 0.0
     for i in range(first, last):
         direction, step = d[i, :n], s[i - first, :n]
@@ -37,19 +48,10 @@ def direction_near(
 
 @compiled
 def search_line(
-    first: int,
-    last: int,
-    sums: Real,
-    z: Real,
-    d: Real,
-    n: int,
-    alpha: float,
-    kind: int,
-    parameters: Real,
-    near: Mask,
-    traction: Real,
+    first: int, last: int, sums: Real, z: Real, d: Real, n: int, alpha: float, law: Law, wall: Pull
 ) -> None:
     """At z - alpha d.  sums, over the marked tiles: of (change of traction) d; of stiffness d²."""
+    near, traction, _ = wall
     slope = curvature = 0.0
     there, trial = np.empty((3, TILE)), np.empty(TILE)
     for i in range(first, last):
@@ -60,12 +62,11 @@ def search_line(
                 here = traction[i, t * TILE : min(n, (t + 1) * TILE)]
                 for j in range(gap.size):
                     trial[j] = gap[j] - alpha * e[j]
-                respond(kind, trial[: gap.size], parameters, there)
+                respond(law.kind, trial[: gap.size], law.parameters, there)
                 for j in range(gap.size):
                     slope += (there[1, j] - here[j]) * e[j]
                     curvature += there[2, j] * e[j] * e[j]
-    sums[0] = slope
-    sums[1] = curvature
+    sums[:2] = slope, curvature
 
 
 @compiled
@@ -79,13 +80,8 @@ def move_gap(
     n: int,
     step: float,
     alpha: float,
-    kind: int,
-    parameters: Real,
-    reach: float,
-    near_gap: float,
-    near: Mask,
-    traction: Real,
-    stiffness: Single,
+    law: Law,
+    wall: Pull,
 ) -> None:
     """Step z <- z - step d, the last of several that add up to alpha.  Marks the tiles anew.
 
@@ -93,6 +89,7 @@ def move_gap(
     a traction that is kept as zero, a step of length zero changes it by all of it.
     sums: of that change times d; of the traction at alpha = 0 times d; of the energy; of its size.
     """
+    near, traction, stiffness = wall
     slope = before = energy = size = 0.0
     here, there, old = np.empty((3, TILE)), np.empty((3, TILE)), np.empty(TILE)
     for i in range(first, last):
@@ -108,16 +105,16 @@ def move_gap(
                 old[j] = gap[j] + alpha * e[j]
             for j in range(gap.size):
                 lower = old[j] if old[j] < gap[j] else gap[j]
-                close += not lower >= near_gap
-                touching += not lower >= reach
+                close += not lower >= law.reach + NEAR
+                touching += not lower >= law.reach
             was_near, near[i, t] = near[i, t], close > 0
             if touching:
                 if step != alpha:
                     # What is kept is that of an earlier one of the steps.
-                    respond(kind, old[: gap.size], parameters, here)
+                    respond(law.kind, old[: gap.size], law.parameters, here)
                     for j in range(gap.size):
                         kept[j] = here[1, j]
-                respond(kind, gap, parameters, there)
+                respond(law.kind, gap, law.parameters, there)
                 a, b, c, f = _taken(there, e, kept, change, stiff)
                 slope += a
                 before += b
@@ -128,10 +125,7 @@ def move_gap(
             if was_near:
                 kept[:] = 0.0
                 stiff[:] = 0.0
-    sums[0] = slope
-    sums[1] = before
-    sums[2] = energy
-    sums[3] = size
+    sums[:4] = slope, before, energy, size
 
 
 @inlined
@@ -159,8 +153,7 @@ def advance_traction(
     t: Real,
     w: Real,
     step: float,
-    kind: int,
-    parameters: Real,
+    law: Law,
     missing: Real,
     stiffness: Single,
 ) -> None:
@@ -175,7 +168,7 @@ def advance_traction(
         for j in range(fi.size):
             fi[j] += step * ti[j]
             zi[j] += step * wi[j]
-        respond(kind, zi, parameters, here)
+        respond(law.kind, zi, law.parameters, here)
         for j in range(fi.size):
             missed[j] = fi[j] - here[1, j]
             stiff[j] = here[2, j]
@@ -183,7 +176,4 @@ def advance_traction(
             energy += here[0, j]
             slope += wi[j] * missed[j]
             curvature += wi[j] * (ti[j] + here[2, j] * wi[j])
-    sums[0] = squares
-    sums[1] = energy
-    sums[2] = slope
-    sums[3] = curvature
+    sums[:4] = squares, energy, slope, curvature

@@ -99,8 +99,13 @@ def flattened(contact: RoughContact) -> RoughContact:
     if not LARGEST_SLOPE < slope <= STEEPEST:
         return contact
     factor = LARGEST_SLOPE * (1 - 1e-9) / slope
+    energy = contact.conformal_energy
     return replace(
-        contact.rougher(factor, factor, factor),
+        contact,
+        rms_height=factor * contact.rms_height,
+        rms_slope=factor * contact.rms_slope,
+        rms_curvature=factor * contact.rms_curvature,
+        conformal_energy=None if energy is None else factor * factor * energy,
         range=factor * contact.range,
         work_of_adhesion=factor**2 * contact.work_of_adhesion,
     )

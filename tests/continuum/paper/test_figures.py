@@ -15,9 +15,8 @@ from matplotlib.image import imread
 from pandas import DataFrame, concat, read_csv
 
 from continuum.paper import relations
-from continuum.paper.claims import Claim, claim_verdicts, stored_points
+from continuum.paper.claims import Claim, Finding, claim_verdicts, stored_points
 from continuum.paper.figures import FIGURES, save_drawing
-from continuum.paper.findings import Finding
 from continuum.paper.page import plot_figure, write_page
 from continuum.paper.points import FigureError, SweepData, sweep_points
 from continuum.show import plot

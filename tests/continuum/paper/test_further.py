@@ -10,7 +10,7 @@ from pandas import DataFrame
 
 import continuum
 from continuum.measure.curve import Curve, adhesion
-from continuum.paper import further
+from continuum.paper import relations
 from continuum.paper.figures import FIGURES
 from continuum.paper.page import plot_figure
 from continuum.paper.points import FigureError, SweepData
@@ -137,9 +137,9 @@ def test_laws_are_told_apart_by_shape_and_averaged_over_surfaces() -> None:
          "kappa_att": 1 / inverse[i][seed], "sweep.wall": f"wall {i}", "sweep.surface.seed": str(seed)}
         for i, (law, shape) in enumerate(walls) for seed in (0, 1)
     ])  # fmt: skip
-    found = further.laws(points).set_index("law")
+    found = relations.laws(points).set_index("law")
     assert set(found.index) == {"lennard-jones-spline", "spline", "exponential"}
     np.testing.assert_allclose(found.loc["spline", ["1/kappa_att", "scatter over surfaces"]], [0.5, 0.4 / 2**0.5])
     np.testing.assert_allclose(found["1/kappa_att theory"], 0.25)
-    figure = further.draw_laws(found.reset_index())
+    figure = relations.draw_laws(found.reset_index())
     assert {"the paper's spline", "exponential", "twice that"} < {t.get_text() for t in figure.legends[0].get_texts()}

@@ -20,7 +20,7 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.solve.arrays import back_end as arrays
-from continuum.solve.arrays import laws as laws_of_arrays
+from continuum.solve.arrays import passes
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import LIBRARIES, Jax, Library, NumPy, Torch
 from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
@@ -78,7 +78,7 @@ def both(find: Callable[[str], Solution]) -> None:
 def test_a_law_is_that_of_compiled_code(wall: Wall, library: Library) -> None:
     law = wall.law
     gap = np.concatenate([np.linspace(-1.0, 3.0, 2000), law.parameters[1:-1], [1.0, 0.0, 50.0]]).reshape(1, -1)
-    there = laws_of_arrays.DeviceLaw.on(library, law)
+    there = passes.DeviceLaw.on(library, law)
     found = there.formula(library.xp, library.put(gap), there.parameters)
     for one, other in zip(found, laws.evaluate(law, gap), strict=True):
         # A few roundings of the largest of the terms that cancel.

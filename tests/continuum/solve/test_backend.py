@@ -17,7 +17,7 @@ from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
-from continuum.solve import coarse, hard, smooth
+from continuum.solve import conjugate, hard, smooth
 from continuum.solve.backend import back_end
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
 from continuum.solve.compiled.corrections import TiledSmoothGrid as SmoothGrid
@@ -76,7 +76,7 @@ def test_a_step_of_a_coarser_grid_leaves_less_of_the_residual(
     held: bool, levels: int, kind: type, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On a linear problem of 256 x 128 points, a twentieth of them in contact, with and without a coarser grid."""
-    monkeypatch.setattr(coarse, "COARSE_REDUCTION", 1e-9)
+    monkeypatch.setattr(conjugate, "COARSE_REDUCTION", 1e-9)
     grid = Grid((512, 256), (512.0, 256.0))
     K = HalfSpace("clamped").stiffness(grid)
     random = np.random.default_rng(3)
@@ -90,9 +90,9 @@ def test_a_step_of_a_coarser_grid_leaves_less_of_the_residual(
     made.g.view(np.result_type(kind, np.complex64))[:, :65] = residual_q
     made.g[0, :2] = 0.0
     made.stiffness[:, :128] = 0.5 * contact
-    assert made.relax(levels, 0.01, coarse.COARSE_ITERATIONS, coarse.COARSE_REDUCTION)
+    assert made.relax(levels, 0.01, conjugate.COARSE_ITERATIONS, conjugate.COARSE_REDUCTION)
     found = made.x.view(np.result_type(kind, np.complex64))[:, :65].copy()
-    assert made.transforms == 2 * coarse.COARSE_ITERATIONS
+    assert made.transforms == 2 * conjugate.COARSE_ITERATIONS
     # It is a step down: of the residual there is less than before.
     u = np.fft.irfft2(found * 2**15, s=(256, 128))
     stiffness_q = HalfSpace("clamped").stiffness(Grid((256, 128), (512.0, 256.0)))
@@ -145,7 +145,7 @@ def test_a_device_that_there_is_not_is_said_and_none_is_imported_early() -> None
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("module", [smooth, coarse, hard])
+@pytest.mark.parametrize("module", [smooth, conjugate, hard])
 def test_the_mathematics_sees_scalars_only(module: ModuleType) -> None:
     """Of NumPy it uses what a scalar needs, a field without memory, and the test of six sums."""
     source = inspect.getsource(module)
