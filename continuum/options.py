@@ -28,6 +28,7 @@ VOICES = {
     "verbose": Parameter(name=("--verbose", "-v"), show_default=False, help="print a line for each part of the work, "
                          "also on a terminal, and where in the program an error arose"),
 }  # fmt: skip
+Format = Literal["png", "pdf", "svg"]
 FIGURES = "format of the figures; may be repeated (default: png and pdf)"
 """Help of ``--format``."""
 
@@ -232,7 +233,7 @@ def _signature(
         found.append(parameter.replace(annotation=annotation, kind=kind))
     extra: list[tuple[str, object, Any]] = [(name, False, Annotated[bool, flag]) for name, flag in VOICES.items()]
     if draws:
-        formats = Annotated[list[Literal["png", "pdf", "svg"]] | None, Parameter(help=draws)]
+        formats = Annotated[list[Format] | None, Parameter(help=draws)]
         extra.insert(0, ("format", None, formats))
     for name, default, of in extra:
         found.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=of))
