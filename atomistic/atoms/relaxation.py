@@ -23,7 +23,7 @@ _SETTLED = 0.02
 """Error of the wall's forces in the contact with the linear slab, relative to the wanted largest force."""
 
 
-class GreensRelaxation(Optimizer):  # type: ignore[misc]
+class GreensRelaxation(Optimizer):
     """Relax a slab with few evaluations of its forces, an optimizer of ASE.
 
     Each iteration evaluates the forces once, adds the difference of the atoms from their linear lattice to the lattice
@@ -134,6 +134,7 @@ class GreensRelaxation(Optimizer):  # type: ignore[misc]
         wall, root = self._wall, self._root
         assert wall is not None
         assert root is not None
+        assert self.fmax is not None
         at = (self._rest.positions + self._linear)[wall.surface]
 
         def energy(flat: Real) -> tuple[float, Real]:
@@ -143,8 +144,8 @@ class GreensRelaxation(Optimizer):  # type: ignore[misc]
 
         v = root(wall.act(self.atoms.positions[wall.surface]).forces)
         rough = 1e-3 * float(np.abs(v).max())
-        options = {"gtol": rough, "ftol": 0.0, "maxcor": 30, "maxiter": 1000}
-        v = scipy.optimize.minimize(energy, v.ravel(), jac=True, method="L-BFGS-B", options=options).x.reshape(at.shape)
+        start, options = v.ravel(), {"gtol": rough, "ftol": 0.0, "maxcor": 30, "maxiter": 1000}
+        v = scipy.optimize.minimize(energy, start, jac=True, method="L-BFGS-B", options=options).x.reshape(at.shape)
         errors = [np.inf]
         while True:
             acting = wall.act(at + root(v))
@@ -170,7 +171,8 @@ class GreensRelaxation(Optimizer):  # type: ignore[misc]
         warnings.warn(message, stacklevel=2)
         self.logfile.write(message + "\n")
         self.atoms.set_positions(self._best)
-        self.fallback = PreconLBFGS(self.atoms, logfile=None)
+        # It warns that its default is of no use for fewer atoms.
+        self.fallback = PreconLBFGS(self.atoms, logfile=None, precon="Exp" if len(self.atoms) >= 100 else None)
         self.fallback.step()
 
 

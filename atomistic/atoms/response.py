@@ -5,9 +5,9 @@ column moves give the force constants T(R) between the cells 0 and R; for the wa
 
     K(q) = Σ_R T(R) exp(-iq.R)
 
-a band matrix if atoms are sorted by height, as forces reach some layers only, of which a Cholesky factor is kept.  The
-forces are those of a small slab, of cells that reach a few neighbours far: this is made to precondition, and forces that
-reach further are folded back.
+a band matrix if atoms are sorted by height, as forces reach some layers only, of which a Cholesky factor is kept.
+Forces are measured on a small slab a few neighbours wide: as a preconditioner the response need not be exact, and
+forces that reach further are folded back.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _STEP = 2e-3
 """Displacement of an atom, in nearest-neighbour distances."""
 _NEGLIGIBLE = 1e-4
 """Force constants that are smaller than this part of the largest are left out of the band."""
-_DEAREST = 200.0
+_DEAREST = 100.0
 """Largest cost of a measurement, in evaluations of the whole slab."""
 
 
@@ -77,7 +77,9 @@ class SlabResponse:
         evaluations = 3 * int(free.sum()) + 1
         cost = evaluations * float(np.prod(m / n))
         if cost > _DEAREST:
-            raise ArgumentError("slab", slab, f"a slab that repeats along its surface: {n[0]} x {n[1]} cells are too few")
+            raise ArgumentError(
+                "slab", slab, f"a slab that repeats along its surface: {n[0]} x {n[1]} cells are too few"
+            )
         small = slab[column].copy()
         small.set_constraint()
         small.cell[:] = cell
@@ -92,7 +94,7 @@ class SlabResponse:
         return waves.reshape(*waves.shape[:2], -1)
 
     def displacements(self, forces: Real) -> Real:
-        """Displacements K^-1 f of all atoms, in Å, under forces on those that move, in eV/Å; both of shape (atoms, 3)."""
+        """Displacements K^-1 f, in Å, under forces on the atoms that move, in eV/Å; both of shape (atoms, 3)."""
         amplitudes = self._waves(forces)
         for q in np.ndindex(*amplitudes.shape[:2]):
             amplitudes[q] = scipy.linalg.cho_solve_banded((self.factors[q], True), amplitudes[q], check_finite=False)
@@ -173,7 +175,7 @@ def _columns(slab: Atoms, held: NDArray[np.bool_], spacing: float) -> NDArray[np
     points[:, :2] %= lengths
     tree = scipy.spatial.KDTree(np.minimum(points, np.nextafter(box, 0)), boxsize=box)
 
-    def images(of: Real) -> tuple[Real, NDArray[np.int64]]:
+    def images(of: Real) -> tuple[Any, Any]:
         of = of.copy()
         of[..., :2] %= lengths
         apart, found = tree.query(np.minimum(of, np.nextafter(box, 0)))
@@ -191,14 +193,17 @@ def _columns(slab: Atoms, held: NDArray[np.bool_], spacing: float) -> NDArray[np
     cells = np.stack(np.meshgrid(*map(np.arange, n), [0], indexing="ij"), axis=-1).reshape(-1, 3)
     shifts = cells * [lengths[0] / n[0], lengths[1] / n[1], 0]
     left, columns = np.ones(len(slab), dtype=bool), []
-    for atom in np.argsort(-height, kind="stable"):
+    order = np.argsort(-height, kind="stable")
+    for atom in order:
         if left[atom]:
-            columns.append(images(points[atom] + shifts)[1])
+            # From the cell in which it is nearest to the first atom of the column.
+            away = np.rint((points[atom] - points[order[0]])[:2] / lengths * n).astype(int)
+            columns.append(np.roll(images(points[atom] + shifts)[1].reshape(n), away, axis=(0, 1)))
             left[columns[-1]] = False
     index = np.stack(columns, axis=-1)
     if index.size != len(slab) or len(np.unique(index)) != index.size:
         raise ArgumentError("slab", slab, "a slab whose cells are alike")
-    return index.reshape(*n, -1)
+    return index
 
 
 def _force_constants(
@@ -213,11 +218,11 @@ def _force_constants(
             measured[..., atom, axis] = -(small.get_forces() - rest).reshape(*m, p, 3) / step
             small.positions[atom, axis] -= step
     found: dict[tuple[int, int], Real] = defaultdict(lambda: np.zeros((3 * free.sum(),) * 2))
-    images = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij"), axis=-1).reshape(-1, 2) * m
+    images = np.stack(np.meshgrid(*[np.arange(-2, 3)] * 2, indexing="ij"), axis=-1).reshape(-1, 2) * m
     between = (column[:, None] - column[None, :])[free][:, free]
     for place in np.ndindex(*m):
         # Each pair counts at the image that is nearest, or in equal parts at those that are.
-        where = np.concatenate([(images + place) @ cell[:, :2], np.zeros((9, 1))], axis=1)
+        where = np.concatenate([(images + place) @ cell[:, :2], np.zeros((len(images), 1))], axis=1)
         apart = np.linalg.norm(between + where[:, None, None], axis=-1)
         share = (apart <= apart.min(axis=0) * (1 + 1e-6)).astype(float)
         share /= share.sum(axis=0)

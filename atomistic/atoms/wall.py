@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from ase import Atoms
@@ -18,6 +18,7 @@ from continuum.measure.contact import contact_map
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
 
+_PROPERTIES = ("energy", "free_energy", "forces", "gap", "contact")
 _ALIKE = 1e-6
 """Relative difference of two periods that are the same, as they were typed with a few digits."""
 _MARGIN = 8
@@ -38,7 +39,7 @@ class WallAction(NamedTuple):
     """Derivatives of minus the forces, shape (surface atoms, 3, 3), in eV/Å², without the curvature of the heights."""
 
 
-class RoughWall(Calculator):  # type: ignore[misc]
+class RoughWall(Calculator):
     """A rigid rough wall above the surface of a slab: energy and forces, gap and contact of each surface atom.
 
     Add it to the calculator of the atoms by ``ase.calculators.mixing.SumCalculator``.  The wall presses down along -z
@@ -77,10 +78,14 @@ class RoughWall(Calculator):  # type: ignore[misc]
     >>> import atomistic as a, continuum as c
     >>> atoms = fcc111("Cu", (6, 6, 4), vacuum=10, periodic=True)
     >>> law = c.LennardJonesSpline(adhesion_length=0.005)
-    >>> wall = a.RoughWall(a.Round((50, 50), 20.0), atoms, separation=0.95, law=law, a0=2.55, contact_modulus=0.85)
+    >>> tip = a.Round((40, 40), radius=20)  # whose axis is at (20, 20), here above the middle of the cell
+    >>> wall = a.RoughWall(tip, atoms, 0.95, law, a0=2.55, contact_modulus=0.85, offset=(-15.5, -17.4))
+    >>> atoms.calc = SumCalculator([EMT(), wall])
+    >>> round(-wall.get_forces(atoms)[:, 2].sum(), 2)
+    -1.56
     """
 
-    implemented_properties: ClassVar[list[str]] = ["energy", "free_energy", "forces", "gap", "contact"]
+    implemented_properties = list(_PROPERTIES)  # noqa: RUF012 - as ASE declares it
 
     def __init__(
         self,
@@ -96,7 +101,7 @@ class RoughWall(Calculator):  # type: ignore[misc]
         surface: Sequence[int] | NDArray[np.int64] | None = None,
         offset: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        super().__init__()
+        super().__init__()  # type: ignore[no-untyped-call]
         self.slab = instance("slab", slab, Atoms, "the atoms at rest, an ase.Atoms").copy()
         self.separation = number("separation", separation)
         self.a0, self.modulus = number("a0", a0, above=0), number("contact_modulus", contact_modulus, above=0)
@@ -112,17 +117,22 @@ class RoughWall(Calculator):  # type: ignore[misc]
         at = slab.positions[self.surface]
         self._sites, self._level = at[:, :2], float(at[:, 2].mean())
         self._area = abs(float(np.linalg.det(self._cell))) / len(self.surface)
+        heights: Any = contact
         if isinstance(contact, Contact):
             if law is not None or pixel is not None:
-                raise ArgumentError("law" if pixel is None else "pixel", law or pixel, "left out: a contact has its own")
+                raise ArgumentError(
+                    "law" if pixel is None else "pixel", law or pixel, "left out: a contact has its own"
+                )
             heights, law, pixel = contact.problem.heights, contact.wall, contact.grid.spacing
-        else:
-            heights = contact
-        self.law = instance("law", law, Wall, "the law of the wall, as LennardJonesSpline(adhesion_length=0.005)").build()
+        self.law = instance(
+            "law", law, Wall, "the law of the wall, as LennardJonesSpline(adhesion_length=0.005)"
+        ).build()
         if self.law.law is None:
             raise ArgumentError("law", law, "a law whose traction is a function of the gap, as LennardJonesSpline(0)")
         self._shape, points, periods = self._map(heights, pixel)
-        self._to_points = np.linalg.inv(self._fitted(periods, points)) * points
+        # A formula holds everywhere.
+        margin = 0 if self._shape is heights else _MARGIN
+        self._to_points = np.linalg.inv(self._fitted(periods, points, margin)) * points
         """From positions in the plane, in Å, as rows, to points of the map."""
 
     def _map(self, heights: Any, pixel: Any) -> tuple[Shape, Real, Real]:
@@ -134,21 +144,23 @@ class RoughWall(Calculator):  # type: ignore[misc]
         points = np.array(heights.shape, dtype=np.float64)
         if pixel is None:
             return shape_of(heights), points, self._cell
-        spacing = [number("pixel", size, above=0) for size in (pair("pixel", pixel) if np.ndim(pixel) else (pixel,) * 2)]
+        spacing = [
+            number("pixel", size, above=0) for size in (pair("pixel", pixel) if np.ndim(pixel) else (pixel,) * 2)
+        ]
         return shape_of(heights), points, np.diag(points * spacing) * self.a0
 
-    def _fitted(self, periods: Real, points: Real) -> Real:
+    def _fitted(self, periods: Real, points: Real, margin: int) -> Real:
         """The periods of the map, those of the cell to the last digit; or as they are, of a map that covers it."""
         repeats = self._cell @ np.linalg.inv(periods)
         whole = np.rint(repeats)
         if np.abs(repeats - whole).max() <= _ALIKE and abs(np.linalg.det(whole)) > 0.5:
             return np.asarray(np.linalg.solve(whole, self._cell))
         at = (self._sites - self.offset * self.a0) @ np.linalg.inv(periods) * points
-        if (at < _MARGIN).any() or (at > points - 1 - _MARGIN).any():
+        if (at < margin).any() or (at > points - 1 - margin).any():
             size = " x ".join(f"{length / self.a0:.6g}" for length in np.linalg.norm(periods, axis=1))
             cell = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in self._cell / self.a0)
             allowed = (
-                f"a map that repeats with the cell, {cell} a0, or covers the surface with {_MARGIN} points to spare: "
+                f"a map that repeats with the cell, {cell} a0, or covers the surface with {margin} points to spare: "
                 f"leave out pixel, so that an array covers the cell, or shift a wide one by offset"
             )
             raise ArgumentError("contact", f"a map of {size} a0", allowed)
@@ -187,8 +199,8 @@ class RoughWall(Calculator):  # type: ignore[misc]
 
         Raises ArgumentError if the atoms are not those of the slab.
         """
-        super().calculate(atoms, properties, system_changes)
-        if len(self.atoms) != len(self.slab):
+        super().calculate(atoms, properties, system_changes)  # type: ignore[no-untyped-call]
+        if self.atoms is None or len(self.atoms) != len(self.slab):
             raise ArgumentError("atoms", self.atoms, f"the {len(self.slab)} atoms of the slab that the wall is above")
         acting = self.act(self.atoms.positions[self.surface])
         energy, forces = float(acting.energy.sum()), np.zeros((len(self.slab), 3))
