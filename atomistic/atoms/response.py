@@ -88,23 +88,18 @@ class SlabResponse:
         constants = _force_constants(small, at[column], cell[:2], m, free, _STEP * spacing)
         return cls(index[:, :, free], _factors(constants, n), evaluations, cost)
 
-    def _waves(self, forces: Real) -> Complex:
-        """Amplitudes, shape (n1, n2//2 + 1, 3p), of vectors of the atoms, shape (atoms, 3)."""
-        waves: Complex = np.fft.rfft2(forces[self.index], axes=(0, 1))
-        return waves.reshape(*waves.shape[:2], -1)
-
     def displacements(self, forces: Real) -> Real:
         """Displacements K^-1 f, in Å, under forces on the atoms that move, in eV/Å; both of shape (atoms, 3)."""
-        amplitudes = self._waves(forces)
-        for q in np.ndindex(*amplitudes.shape[:2]):
+        waves: Complex = np.fft.rfft2(forces[self.index], axes=(0, 1))
+        amplitudes = waves.reshape(*waves.shape[:2], -1)
+        for q in np.ndindex(*waves.shape[:2]):
             amplitudes[q] = scipy.linalg.cho_solve_banded((self.factors[q], True), amplitudes[q], check_finite=False)
         moved = np.zeros(forces.shape)
-        shape = *amplitudes.shape[:2], -1, 3
-        moved[self.index] = np.fft.irfft2(amplitudes.reshape(shape), s=self.index.shape[:2], axes=(0, 1))
+        moved[self.index] = np.fft.irfft2(amplitudes.reshape(waves.shape), s=self.index.shape[:2], axes=(0, 1))
         return moved
 
     def surface_root(self, surface: NDArray[np.int64]) -> SurfaceRoot:
-        """Root of the compliance of the surface.
+        """Root of the compliance of the surface, whose atoms are given in order.
 
         Raises ArgumentError if the same atoms of each cell are not given.
         """
@@ -123,8 +118,7 @@ class SlabResponse:
         )
         values, vectors = np.linalg.eigh(compliance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :] @ vectors.conj().swapaxes(-1, -2)
-        order = np.argsort(np.argsort(surface))
-        return SurfaceRoot(np.searchsorted(np.sort(surface), self.index[:, :, chosen]), order, root)
+        return SurfaceRoot(np.searchsorted(surface, self.index[:, :, chosen]), root)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,24 +127,20 @@ class SurfaceRoot:
 
     Parameters
     ----------
-    places : place of each atom in the list of sorted surface atoms, shape (n1, n2, s).
-    order : place of each atom of the given list in the sorted one.
+    places : place of each atom in the list of surface atoms, shape (n1, n2, s).
     root : of each wave, shape (n1, n2//2 + 1, 3s, 3s).
     """
 
     places: NDArray[np.int64]
-    order: NDArray[np.int64]
-    root: Complex
+    root: Complex = field(repr=False)
 
     def __call__(self, vectors: Real) -> Real:
         """Product with vectors of shape (surface atoms, 3)."""
-        by_place = np.empty_like(vectors)
-        by_place[self.order] = vectors
-        waves = np.fft.rfft2(by_place[self.places], axes=(0, 1))
-        shape = waves.shape
+        waves = np.fft.rfft2(vectors[self.places], axes=(0, 1))
+        shape, product = waves.shape, np.empty_like(vectors)
         waves = (self.root @ waves.reshape(*shape[:2], -1, 1)).reshape(shape)
-        by_place[self.places] = np.fft.irfft2(waves, s=self.places.shape[:2], axes=(0, 1))
-        return np.asarray(by_place[self.order])
+        product[self.places] = np.fft.irfft2(waves, s=self.places.shape[:2], axes=(0, 1))
+        return product
 
 
 def _nearest(slab: Atoms) -> float:

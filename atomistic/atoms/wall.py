@@ -11,7 +11,7 @@ from ase.calculators.calculator import Calculator, all_changes
 from numpy.typing import ArrayLike, NDArray
 
 from atomistic.lammps.shape import Shape, shape_of
-from continuum.arguments import ArgumentError, choice, instance, number, pair
+from continuum.arguments import ArgumentError, array, choice, instance, number, pair
 from continuum.arguments import field as map_of
 from continuum.front.contact import Contact
 from continuum.measure.contact import contact_map
@@ -111,9 +111,13 @@ class RoughWall(Calculator):
         if not slab.pbc[:2].all() or np.any(slab.cell[:2, 2]) or not abs(np.linalg.det(self._cell)) > 0:
             allowed = "a slab that is periodic along its first two cell vectors, which lie in the plane of x and y"
             raise ArgumentError("slab", slab, allowed)
-        self.surface = np.flatnonzero(slab.get_tags() == 1) if surface is None else np.arange(len(slab))[surface]
-        if not len(self.surface):
-            raise ArgumentError("surface", surface, "indices of the atoms of the surface: none is tagged with 1")
+        given = np.flatnonzero(slab.get_tags() == 1) if surface is None else array("surface", surface, kinds="iu")
+        if given.ndim != 1 or not given.size or given.min() < 0 or given.max() >= len(slab):
+            known = "" if surface is not None else ": no atom is tagged with 1"
+            raise ArgumentError(
+                "surface", surface, f"indices of the surface atoms of the slab, 0 to {len(slab) - 1}{known}"
+            )
+        self.surface = np.unique(given)
         at = slab.positions[self.surface]
         self._sites, self._level = at[:, :2], float(at[:, 2].mean())
         self._area = abs(float(np.linalg.det(self._cell))) / len(self.surface)

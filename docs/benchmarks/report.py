@@ -339,10 +339,10 @@ def optimizers(rows: list[Row]) -> str:
         cells.append([row["slab"], f"{row['atoms']}", area, f"**{counts[0]}**", measured, *counts[1:], beside, seconds])
     head = ["slab", "atoms", "repulsive area, %", names[0], "response, of a small slab (of the whole)", *names[1:]]
     return (
-        "### Optimizers\n\nEvaluations of the forces from the slab at rest to a largest force of 1e-5 E* a0² under a rough "
-        "wall of the lattice sites (h'rms = 0.1, lambda_s = 8 a0, l_a = 0.005 a0).  The response of a slab is measured "
-        "once, on a small slab of its cells; in brackets what that costs in evaluations of the whole.  LAMMPS: its "
-        "conjugate gradients in a deck.  CPU s are of the four optimizers of ASE, in this order.\n\n"
+        "### Optimizers\n\nEvaluations of the forces from the slab at rest to a largest force of 1e-5 E* a0² under a "
+        "rough wall of the lattice sites (h'rms = 0.1, lambda_s = 8 a0, l_a = 0.005 a0).  The response of a slab is "
+        "measured once, on a small slab of its cells; in brackets what that costs in evaluations of the whole.  "
+        "LAMMPS: its conjugate gradients in a deck.  CPU s are those of the four optimizers, in this order.\n\n"
         + table([*head, "LAMMPS", "CPU s"], cells)
     )
 

@@ -186,7 +186,12 @@ def test_the_sum_with_a_crystal_has_both_and_says_what_touches():
         ({"law": None}, "law = None: allowed: the law of the wall"),
         ({"law": c.HardWall()}, r"law = .* as LennardJonesSpline\(0\)"),
         ({"follows": "site"}, 'follows = .* "atoms", "sites"'),
-        ({"surface": []}, "surface = .* none is tagged with 1"),
+        ({"surface": [32]}, r"surface = \[32\]: allowed: indices of the surface atoms of the slab, 0 to 31$"),
+        ({"surface": [0.5]}, "surface = .* numbers"),
+        (
+            {"slab": fcc111("Cu", (4, 4, 2), vacuum=5, periodic=True)[:16]},
+            "surface = None: .* no atom is tagged with 1",
+        ),
         ({"a0": 0}, "a0 = 0: allowed"),
         ({"slab": 5}, "slab = 5: allowed: the atoms at rest"),
         ({"slab": Atoms("Cu")}, "slab = .* periodic along its first two cell vectors"),
