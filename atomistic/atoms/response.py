@@ -84,6 +84,7 @@ class SlabResponse:
         small.set_constraint()
         small.cell[:] = cell
         small = small.repeat((*m, 1))
+        small.wrap(pbc=(True, True, False))  # some calculators lose atoms outside of the cell
         small.calc = calculator
         constants = _force_constants(small, at[column], cell[:2], m, free, _STEP * spacing)
         return cls(index[:, :, free], _factors(constants, n), evaluations, cost)

@@ -36,6 +36,8 @@ OPTIMIZERS = {"GreensRelaxation": a.GreensRelaxation, "PreconLBFGS": PreconLBFGS
 WALL = LennardJonesSpline(adhesion_length=0.005)
 TOLERANCE, MOST = 1e-5, 3000
 """Largest force left, in E* a0², and most steps of an optimizer."""
+LARGEST = {"PreconLBFGS": 5000, "LBFGS": 5000}
+"""Most atoms of some optimizers, which take minutes for more."""
 COPPER = {"a0": 3.615 / 2**0.5, "contact_modulus": 0.85}
 """In Å and eV/Å³."""
 SNAP = "Cu_Zuo_JPCA2020.snap"
@@ -80,8 +82,9 @@ def _cut(build: Callable[..., Atoms], calculator: Calculator, n: int, layers: in
 
 
 SLABS: dict[str, Callable[[], tuple[Atoms, Callable[[], Calculator], Any]]] = {
-    "springs (100)": lambda: _of_deck(a.Springs()),
-    "EAM copper (100)": lambda: _of_deck(_copper()),
+    "springs (100), large": lambda: _of_deck(a.Springs(), 32, 32.0),
+    "springs (100)": lambda: _of_deck(a.Springs(), 12, 4.0),
+    "EAM copper (100)": lambda: _of_deck(_copper(), 12, 4.0),
     "EAM copper (111)": lambda: (_cut(fcc111, Lammps(_copper()), 8, 8, 4), lambda: Lammps(_copper()), None),
     "SNAP copper (111)": lambda: (_cut(fcc111, Lammps(_snap()), 8, 6, 3), lambda: Lammps(_snap()), None),
     "EMT copper (100)": lambda: (_cut(fcc100, EMT(), 8, 6, 2), EMT, None),
@@ -90,10 +93,10 @@ SLABS: dict[str, Callable[[], tuple[Atoms, Callable[[], Calculator], Any]]] = {
 """Each slab at rest, with how its calculator is made, and the specimen of a deck."""
 
 
-def _of_deck(potential: Any) -> tuple[Atoms, Callable[[], Calculator], Specimen]:
-    """12 x 12 surface atoms, 4 a0 deep, as they stand in a deck."""
+def _of_deck(potential: Any, n: int, depth: float) -> tuple[Atoms, Callable[[], Calculator], Specimen]:
+    """n x n surface atoms as they stand in a deck."""
     model = model_of(potential)
-    specimen = Specimen.of_slab(Slab.of_depth(Grid.square(12), 4.0, model.coupled_layers), model)
+    specimen = Specimen.of_slab(Slab.of_depth(Grid.square(n), depth, model.coupled_layers), model)
     rise = np.zeros((specimen.slab.layers, *specimen.slab.shape, 3))
     rise[..., 2] = specimen.response.rise[:, None, None]
     return specimen.slab.to_atoms(rise, "Cu", model.length), lambda: Lammps(model), specimen
@@ -111,6 +114,8 @@ def counts(slab: str) -> dict[str, Any]:
     wall = a.RoughWall(heights, rest, separation, WALL, follows="sites", **units)
     row: dict[str, Any] = {"atoms": len(rest)}
     for name, optimizer in OPTIMIZERS.items():
+        if len(rest) > LARGEST.get(name, len(rest)):
+            continue
         atoms, crystal, evaluations = rest.copy(), calculator(), dict[int, int]()
 
         def counted(*given: Any, run: Any = crystal.calculate, seen: Any = evaluations, **named: Any) -> None:

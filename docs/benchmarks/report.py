@@ -331,9 +331,10 @@ def optimizers(rows: list[Row]) -> str:
     cells = []
     for row in rows:
         mine = row["GreensRelaxation"]
-        counts = [f"{row[name]['evaluations']}" + ("" if row[name]["converged"] else " (failed)") for name in names]
+        there = [row.get(name, {"evaluations": "", "converged": True}) for name in names]
+        counts = [f"{one['evaluations']}" + ("" if one["converged"] else " (failed)") for one in there]
         beside = f"{row['LAMMPS']['evaluations']}" if "LAMMPS" in row else ""
-        seconds = ", ".join(f"{row[name]['cpu']:.1f}" for name in names)
+        seconds = ", ".join(f"{row[name]['cpu']:.1f}" if name in row else "-" for name in names)
         measured = f"{mine['measured']} ({mine['cost']:.1f})"
         area = f"{100 * mine['contact']:.0f}"
         cells.append([row["slab"], f"{row['atoms']}", area, f"**{counts[0]}**", measured, *counts[1:], beside, seconds])
