@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from typing import Any
 
@@ -28,27 +27,22 @@ LAW = c.LennardJonesSpline(adhesion_length=0.005)
 PERIOD = (8.0, 7.0)
 SITES = np.meshgrid(np.arange(8.0), np.arange(7.0), indexing="ij")
 ROUGH = 0.1 * np.random.default_rng(3).standard_normal((8, 7))
-compiler = pytest.mark.skipif(not any(map(shutil.which, ("c++", "g++", "clang++"))), reason="there is no C++ compiler")
 
 
 @pytest.mark.parametrize(
-    ("by", "follows", "heights"),
-    [
-        ("formulas", "atoms", a.Round(PERIOD, 20.0)),
-        ("formulas", "atoms", ROUGH),
-        ("formulas", "sites", ROUGH),
-        pytest.param("plugin", "atoms", ROUGH, marks=compiler),
-    ],
-    ids=["sphere", "array", "sites", "plugin"],
+    ("follows", "heights"),
+    [("atoms", a.Round(PERIOD, 20.0)), ("atoms", ROUGH), ("sites", ROUGH)],
+    ids=["sphere", "array", "sites"],
 )
-def test_forces_are_those_of_a_deck(tmp_path, by, follows, heights):
+def test_forces_are_those_of_a_deck(tmp_path, follows, heights):
+    """Those of its plugin: tests/atomistic/lammps/test_plugin.py, which builds it."""
     shape = HeightSpline(heights) if isinstance(heights, np.ndarray) else heights
     slab = Slab((8, 7), mobile=2)
     start = np.zeros((slab.layers, *slab.shape, 3))
     start[0] = np.random.default_rng(5).uniform(-0.1, 0.1, (*slab.shape, 3))
     at_sites = shape.evaluate(*SITES).height
     deck = Deck(slab, Springs(), LAW, at_sites, 1.0, start, tolerance=1e9,
-                shape=shape if follows == "atoms" else None, wall_force=by)  # fmt: skip
+                shape=shape if follows == "atoms" else None)  # fmt: skip
     directory = write_deck(tmp_path, deck)
     with Session(directory) as session:
         _, without = session.evaluate(start)
@@ -59,7 +53,7 @@ def test_forces_are_those_of_a_deck(tmp_path, by, follows, heights):
     atoms = slab.to_atoms(start)
     forces, scale = wall.get_forces(atoms), np.abs(acting).max()
     # Rounding of coordinates up to 8 times the stiffness of the law, 30, and of the crystal's forces, which are taken
-    # off; the plugin's law is right to 1e-12 of the largest tension.
+    # off.
     assert np.allclose(forces, acting, rtol=0, atol=1e-12 * max(scale, 1))
     assert wall.results["energy"] == pytest.approx(found.wall_energy, abs=1e-11 * max(scale, 1))
     surface = slice(0, 56)  # atoms of a slab begin with the surface
