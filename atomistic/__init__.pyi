@@ -1,5 +1,8 @@
 """The public names, each with its module: for type checkers, and for ``__init__.py``, which imports them when asked."""
 
+from atomistic.atoms.relaxation import GreensRelaxation as GreensRelaxation
+from atomistic.atoms.response import SlabResponse as SlabResponse
+from atomistic.atoms.wall import RoughWall as RoughWall
 from atomistic.crystal.crystal import Slab as Slab
 from atomistic.crystal.interatomic import LennardJones as LennardJones
 from atomistic.crystal.interatomic import Springs as Springs

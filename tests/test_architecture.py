@@ -69,6 +69,7 @@ ATOMISTIC = {
     "config": "lammps",
     "response": "config",
     "relax": "response",
+    "atoms": "relax",
     "ladder": "relax",
     "show": "ladder",
     "front": "show",
@@ -143,7 +144,7 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         ("ducc0", {"continuum.model.fourier"}),
         ("numba", {"continuum.model.laws", "continuum.solve.compiled.compiling"}),
         ("threading", {"continuum.solve.compiled.passes", "continuum.sweeps.workers"}),
-        ("ase", {"atomistic.crystal.crystal"}),
+        ("ase", {"atomistic.crystal.crystal", "atomistic.atoms"}),
         (
             "subprocess",
             {
@@ -172,6 +173,8 @@ def test_a_module_says_what_it_offers_and_stays_short(path: Path) -> None:
 # Which tables an input has, and which kinds each of them: these modules ask what a class is.
 REGISTRY = {"continuum.tables", "continuum.files.tables", "continuum.files.inputs", "continuum.files.reference"}
 DOORS = {
+    ("atomistic.atoms.relaxation", "RoughWall"),  # the calculators of a sum, of which one may be the wall
+    ("atomistic.atoms.wall", "Contact"),  # a wall of a contact, of heights or of a shape
     ("atomistic.front", "DeckConfig"),  # a deck of a contact, of a file, or of an input that was read
     ("continuum.paper.page", "SweepRun"),  # a figure of a folder, or of what a sweep returned
     ("continuum.path.state", "Solution"),  # a state is made of a solution or of a gap

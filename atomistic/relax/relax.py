@@ -113,7 +113,7 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
     u = best = deck.start
     gap = separation + deck.heights - u[0, ..., 2]
     w = (u - lattice_start(response, wall, gap))[:mobile]
-    mixed = _Mixed()
+    mixed = Mixer()
     largest: list[float] = []
     while True:
         try:
@@ -128,9 +128,7 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
         largest.append(float(np.sqrt(np.max(np.sum(total**2, axis=-1)))))
         if largest[-1] == min(largest):
             best = u
-        recent, earlier = largest[-_PATIENCE:], largest[:-_PATIENCE]
-        falls = bool(np.isfinite(largest[-1])) and (not earlier or min(recent) < 0.5 * min(earlier))
-        if largest[-1] <= deck.tolerance / 2 or not falls or len(largest) >= limit:
+        if largest[-1] <= deck.tolerance / 2 or not falling(largest) or len(largest) >= limit:
             break
         w = mixed.next(w, response.displacements(total)[:mobile], total)
         problem = ContactProblem(deck.slab.grid, wall, deck.heights - w[0, ..., 2], response)
@@ -143,7 +141,15 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
     return RelaxationResult(best, tuple(largest), min(largest) <= deck.tolerance / 2)
 
 
-class _Mixed:
+def falling(largest: list[float]) -> bool:
+    """Whether the largest force, of each evaluation until now, is still decreasing."""
+    recent = largest[-_PATIENCE:]
+    return bool(np.isfinite(largest[-1])) and (
+        len(largest) <= _PATIENCE or min(recent) < 0.5 * min(largest[:-_PATIENCE])
+    )
+
+
+class Mixer:
     """The last states w with their corrections r = K^-1 t, and their mean with the smallest elastic energy."""
 
     def __init__(self) -> None:

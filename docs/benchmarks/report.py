@@ -325,6 +325,29 @@ def walls(rows: list[Row]) -> str:
     )
 
 
+def optimizers(rows: list[Row]) -> str:
+    """Evaluations of the forces that optimizers need, and what the response of the slab cost."""
+    names = ("GreensRelaxation", "PreconLBFGS", "LBFGS", "FIRE")
+    cells = []
+    for row in rows:
+        mine = row["GreensRelaxation"]
+        there = [row.get(name, {"evaluations": "", "converged": True}) for name in names]
+        counts = [f"{one['evaluations']}" + ("" if one["converged"] else " (failed)") for one in there]
+        beside = f"{row['LAMMPS']['evaluations']}" if "LAMMPS" in row else ""
+        seconds = ", ".join(f"{row[name]['cpu']:.1f}" if name in row else "-" for name in names)
+        measured = f"{mine['measured']} ({mine['cost']:.1f})"
+        area = f"{100 * mine['contact']:.0f}"
+        cells.append([row["slab"], f"{row['atoms']}", area, f"**{counts[0]}**", measured, *counts[1:], beside, seconds])
+    head = ["slab", "atoms", "repulsive area, %", names[0], "response, of a small slab (of the whole)", *names[1:]]
+    return (
+        "### Optimizers\n\nEvaluations of the forces from the slab at rest to a largest force of 1e-5 E* a0² under a "
+        "rough wall of the lattice sites (h'rms = 0.1, lambda_s = 8 a0, l_a = 0.005 a0).  The response of a slab is "
+        "measured once, on a small slab of its cells; in brackets what that costs in evaluations of the whole.  "
+        "LAMMPS: its conjugate gradients in a deck.  CPU s are those of the four optimizers, in this order.\n\n"
+        + table([*head, "LAMMPS", "CPU s"], cells)
+    )
+
+
 TABLES: dict[str, Callable[[list[Row]], str]] = {
     "work": work,
     "iteration": iteration,
@@ -335,13 +358,14 @@ TABLES: dict[str, Callable[[list[Row]], str]] = {
     "searches": searches,
     "atoms": atoms,
     "walls": walls,
+    "optimizers": optimizers,
 }
 
 
 def _measured(results: Row, name: str) -> list[Row]:
     """Rows of a table that could be measured, by size, adhesion length, seed and peer."""
     rows = [row for row in results["rows"].get(name, []) if "skipped" not in row]
-    return sorted(rows, key=lambda row: (row["n"], row.get("adhesion_length", 0.0), row.get("seed", 0)))
+    return sorted(rows, key=lambda row: (row.get("n", 0), row.get("adhesion_length", 0.0), row.get("seed", 0)))
 
 
 def tables(results: Row) -> str:

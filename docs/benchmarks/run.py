@@ -41,6 +41,7 @@ from docs.benchmarks.cases import (
     TOLERANCE,
 )
 from docs.benchmarks.kinds import KINDS
+from docs.benchmarks.optimizers import SLABS
 from docs.benchmarks.paths import AREAS
 
 __all__ = ["TABLES", "Missing", "Results", "main"]
@@ -98,7 +99,7 @@ class Results:
         sys.stderr.write(f"{where:>8} {table}: {report.line(point)} ... ")
         sys.stderr.flush()
         began = time.monotonic()
-        smaller = self.find(table, point | {"n": point["n"] // 2}) or {}
+        smaller = self.find(table, point | {"n": point.get("n", 0) // 2}) or {}
         try:
             if GROWTH * smaller.get("seconds", 0.0) >= self.left:
                 raise Missing(f"left out of a run of {self.minutes:g} min; running again goes on")
@@ -260,6 +261,17 @@ def walls(n: int) -> Plan:
         yield point | {"sources": _sources("atomistic", "atoms")}, measured
 
 
+def optimizers() -> Plan:
+    """Evaluations of the forces that optimizers of ASE and LAMMPS need under one wall."""
+    for slab in SLABS:
+        point = {"slab": slab}
+
+        def measured(results: Results, point: Row = point) -> Row:
+            return results.job("optimizers.counts", **point)
+
+        yield point | {"sources": _sources("atomistic", "optimizers")}, measured
+
+
 def threshold(n: int) -> Plan:
     """The threshold beside the search for its area at one work of adhesion."""
     for hurst, reach, seed in product((0.2, 0.8), (0.5, 1.6), SEEDS if n <= MOST_POINTS["threshold"] else ()):
@@ -330,10 +342,11 @@ def main(arguments: list[str] | None = None) -> None:
     plan = [(name, *step) for n in sorted(options.sizes) for name in options.tables for step in TABLES[name](n)]
     plan += [("walls", *step) for n in sorted(options.atoms) for step in walls(n)]
     plan += [("atoms", *step) for n in sorted(options.atoms) for step in atoms(n)]
+    plan += [("optimizers", *step) for step in (optimizers() if options.atoms else ())]
     # Of earlier sources; the other tables start afresh by themselves.
-    for name in ("atoms", "walls"):
+    for name, own in (("atoms", "atoms"), ("walls", "atoms"), ("optimizers", "optimizers")):
         known = results.content["rows"].get(name, [])
-        known[:] = [row for row in known if row["sources"] == _sources("atomistic", "atoms")]
+        known[:] = [row for row in known if row["sources"] == _sources("atomistic", own)]
     for i, (name, point, measured) in enumerate(plan, 1):
         if name in ("work", "iteration"):
             with suppress(Missing):

@@ -89,6 +89,11 @@ def test_the_plugin_is_the_spline_where_the_atoms_are(tmp_path):
     for name in ("force", "lateral_x", "lateral_y", "wall_energy", "total_energy", "area_rep", "area_att"):
         # Sums of 35 numbers of this size.
         assert getattr(result, name) == pytest.approx(getattr(formulas, name), abs=35e-12 * scale)
+    # The calculator of ASE is this wall, too.
+    wall = a.RoughWall(spline.heights, deck.slab.to_atoms(), 1.0, deck.wall)
+    forces = wall.get_forces(deck.slab.to_atoms(deck.start))[:35]
+    assert np.allclose(-forces[:, 2], result.traction.ravel(), rtol=0, atol=1e-12 * scale)
+    assert np.allclose(forces.sum(axis=0)[:2], [result.lateral_x, result.lateral_y], rtol=0, atol=35e-12 * scale)
 
 
 @compiler
