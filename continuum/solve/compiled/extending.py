@@ -18,6 +18,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.solve.backend import nodes
 from continuum.solve.compiled.compiling import TILE, Index, Marks, Mask, compiled, inlined
+from continuum.solve.compiled.points import untouched
 
 
 class Nodes:
@@ -68,7 +69,7 @@ def collect_contact(
 ) -> None:
     """Set out <- z + shift, or 1, on the contact, 0 off it; lines and counts <- this, and 1, summed along the row."""
     for i in range(start, stop):
-        if touched[i].max() == 0:
+        if untouched(touched[i]):
             continue
         line, count = lines[i], counts[i]
         line[:] = 0.0
@@ -108,7 +109,8 @@ def sum_lines(used: Mask, node_x: Index, part_x: Real, lines: Real, scale: float
         for b in range(ny):
             out[a, b] *= scale
         out[a, ny] = out[a, 0]
-    out[nx] = out[0]
+    for b in range(ny + 1):
+        out[nx, b] = out[0, b]
 
 
 @inlined
@@ -219,7 +221,7 @@ def give_back(
     """The second half: out <- out + what the nodes give to the contact; sums: of out."""
     total = 0.0
     for i in range(start, stop):
-        if touched[i].max() == 0:
+        if untouched(touched[i]):
             continue
         line = lines[i]
         _across(field, node_x[i], part_x[i], line)
