@@ -70,7 +70,7 @@ def copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> 
 @inlined
 def untouched(marks: Marks) -> bool:
     """Whether all tiles of a row are marked 0.  A loop: the maximum of an array takes numba seconds to compile."""
+    touched = False
     for tile in range(marks.size):
-        if marks[tile] != 0:
-            return False
-    return True
+        touched |= marks[tile] != 0
+    return not touched
