@@ -30,8 +30,8 @@ os.environ.setdefault("MPIR_CVAR_CH4_PROGRESS_THROTTLE", "1")
 os.environ.setdefault("MPIR_CVAR_CH4_PROGRESS_THROTTLE_NO_PROGRESS_COUNT", "64")
 
 
-# Modules and tests, a million objects, stay to the end.  The search for what can be freed is a sixth of the time that they
-# take to be collected, and would go over them again and again while the tests run.
+# Modules and tests, a million objects, stay to the end.  To search them for what can be freed takes a sixth of the time
+# of their collection, and a tenth of that of the tests.
 gc.disable()
 
 
