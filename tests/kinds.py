@@ -24,9 +24,18 @@ KINDS: dict[str, type[Description]] = {
 """All kinds that read no file, by the names of inputs."""
 
 
+TABLES: dict[str, dict[str, Any]] = {name: {kind.kind_key: name, **kind.example} for name, kind in KINDS.items()}
+"""The example of each, as a table of an input."""
+
+
 def made(kind: type[Description]) -> Any:
     """The example of a kind, as an input makes it."""
     return kind.model_validate(kind.example, context={})
+
+
+def tables(family: type[Any]) -> dict[str, dict[str, Any]]:
+    """The table of each kind of a family."""
+    return {name: TABLES[name] for name, kind in KINDS.items() if issubclass(kind, family)}
 
 
 def of(family: type[Any]) -> dict[str, Any]:
@@ -36,6 +45,8 @@ def of(family: type[Any]) -> dict[str, Any]:
 
 WALLS: dict[str, Wall] = {name: wall.build() for name, wall in of(Wall).items() if wall.has_law}
 """A wall of every law."""
+OF_WORK: dict[str, Callable[[float], Wall]] = {name: wall.at_work for name, wall in of(Wall).items() if wall.work_key}
+"""Walls of a given work of adhesion, of every law that has a key for it."""
 SUBSTRATES: dict[str, Substrate] = of(Response)
 
 

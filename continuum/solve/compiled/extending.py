@@ -20,6 +20,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.solve.backend import nodes
 from continuum.solve.compiled.compiling import TILE, Index, Mask, compiled, inlined
+from continuum.solve.compiled.points import untouched
 from continuum.solve.compiled.pressing import ContactPoints
 
 
@@ -78,7 +79,7 @@ def collect_contact(
     mask, _, n, touched = contact
     node, part, lines, counts = nodes.node, nodes.part, nodes.lines, nodes.counts
     for i in range(start, stop):
-        if touched[i].max() == 0:
+        if untouched(touched[i]):
             continue
         line, count = lines[i], counts[i]
         line[:] = 0.0
@@ -119,7 +120,8 @@ def sum_lines(used: Mask, nodes: Nodes, lines: Real, out: Real) -> None:
         for b in range(ny):
             out[a, b] *= scale
         out[a, ny] = out[a, 0]
-    out[nx] = out[0]
+    for b in range(ny + 1):
+        out[nx, b] = out[0, b]
 
 
 @inlined
@@ -190,7 +192,7 @@ def give_back(start: int, stop: int, sums: Real, out: Real, contact: ContactPoin
     node, part = nodes.node, nodes.part
     total = 0.0
     for i in range(start, stop):
-        if touched[i].max() == 0:
+        if untouched(touched[i]):
             continue
         line = nodes.lines[i]
         _across(nodes.field, nodes.node_x[i], nodes.part_x[i], line)

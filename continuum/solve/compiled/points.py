@@ -4,7 +4,7 @@ A sweep is a function of the rows ``first:last`` of a block, as those of :mod:`c
 """
 
 from continuum.model.fourier import Real
-from continuum.solve.compiled.compiling import Field, Single, compiled
+from continuum.solve.compiled.compiling import Field, Marks, Single, compiled, inlined
 
 
 @compiled
@@ -63,3 +63,12 @@ def copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> 
             out[i - first, j] = values[i, j]
             total += values[i, j]
     sums[0] = total
+
+
+@inlined
+def untouched(marks: Marks) -> bool:
+    """Whether all tiles of a row are marked 0.  A loop: the maximum of an array takes numba seconds to compile."""
+    touched = False
+    for tile in range(marks.size):
+        touched |= marks[tile] != 0
+    return not touched

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from continuum.model.fourier import Real
 from continuum.solve.compiled.compiling import TILE, Field, Marks, Mask, compiled
+from continuum.solve.compiled.points import untouched
 
 
 class ContactPoints(NamedTuple):
@@ -139,7 +140,7 @@ def direction_on_contact(
     """Direction t <- s + beta (t - weight m), copied into the rows of out that have contact."""
     mask, m, n, touched = contact
     for i in range(start, stop):
-        if touched[i].max() == 0:
+        if untouched(touched[i]):
             continue
         for tile in range(touched.shape[1]):
             a, b = tile * TILE, min(tile * TILE + TILE, n)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import tomllib
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -18,6 +17,7 @@ from scipy.constants import atomic_mass, k
 import atomistic as a
 import continuum as c
 from atomistic.cli import main
+from atomistic.config.crystal import Interatomic
 from atomistic.config.deck import DeckConfig
 from atomistic.config.motion import FASTEST, HOTTEST
 from atomistic.crystal.model import Model
@@ -25,7 +25,11 @@ from atomistic.relax.limits import FARTHEST
 from atomistic.response.material import model_of
 from continuum.errors import InputError
 from continuum.files.inputs import parsed
-from continuum.files.toml import Source
+from continuum.files.toml import Source, find
+from continuum.model.surface import Surface
+from continuum.model.walls import Wall
+from continuum.tables import TableFamily, tables_in
+from tests import kinds
 
 COPPER = 'kind = "eam"\nfile = "Cu_mishin1.eam.alloy"'
 SPRINGS = 'kind = "springs"'
@@ -156,29 +160,10 @@ class Accepted(Exception):
     """What the solving of a deck is replaced by."""
 
 
-SURFACES = [
-    'kind = "self-affine"\nhurst = 0.8\nrms_slope = 0.1\nlambda_s = 4\nlambda_L = 12\nseed = 1',
-    'kind = "sphere"\nradius = 40.0',
-    'kind = "cylinder"\nradius = 40.0\nalong = "x"',
-    'kind = "punch"\nflat_radius = 2.0\nedge_radius = 40.0',
-    'kind = "sine"\namplitude = 0.05\nwaves = [1, 1]',
-]
-WALLS = [
-    'law = "lennard-jones-spline"\nadhesion_length = 0.02\ncore = 0.7',
-    'law = "lennard-jones-9-3"\nadhesion_length = 0.02\ncore = 0.7',
-    'law = "exponential"\nsurface_energy = 0.01\ndecay_length = 0.2\ncore_stiffness = 3.0',
-    'law = "attraction-on-core"\nshape = "spline"\nadhesion_length = 0.01\neffective_range = 0.4\ncore_stiffness = 3.0',
-]
-PROTOCOLS = [
-    'kind = "separations"\nseparations = [1.6, 1.1]\nretract = true',
-    'kind = "mean-pressures"\npressures = [0.01, 0.02]',
-    'kind = "velocity"\nseparations = [1.6, 1.1]\nvelocity = 0.01\ntemperature = 1e-4\nwindow = 10.0\nhold = 1\n'
-    "thermostat_layers = 2\ndamping = 2.0\nseed = 1",
-    'kind = "sliding"\nseparation = 1.6\ndistance = 2.0\nvelocity = 0.01\nalong = "x"\ntemperature = 1e-4\n'
-    "window = 10.0",
-    'kind = "sliding"\npressure = 0.01\ndistance = 2.0\nvelocity = 0.01\ntemperature = 1e-4\nwindow = 10.0',
-]
-CRYSTALS = [SPRINGS, 'kind = "lennard-jones"\ncutoff = 2.5', COPPER]
+INPUTS = [Source.read(path).data for path in sorted(find("inputs/lammps/rough.toml").parent.glob("*.toml"))]
+"""There is one of each crystal and of each protocol: see tests/atomistic/ladder/test_cost.py."""
+CRYSTALS = {tables["interatomic"]["kind"]: tables["interatomic"] for tables in INPUTS}
+PROTOCOLS = [tables["protocol"] for tables in INPUTS if "protocol" in tables]
 NUMBERS = st.one_of(
     st.floats(), st.integers(), st.integers(-3, 3), st.lists(st.floats(), max_size=3), st.booleans(),
     st.text(max_size=4), st.sampled_from([1e300, -1e300, 1e-300, 1e9, -1e9, 10**400, 0, -0.0]),
@@ -188,26 +173,23 @@ NUMBERS = st.one_of(
 
 @cache
 def measured(kind: str) -> Model:
-    copper = a.find_potential("Cu_mishin1.eam.alloy")
-    makes = {"springs": a.Springs, "lennard-jones": a.LennardJones, "eam": lambda: a.EmbeddedAtom.read(copper)}
-    return model_of(makes[kind]())
+    return model_of(Interatomic.kinds[kind].model_validate(CRYSTALS[kind], context={}).potential())
 
 
-def leaves(table: Mapping[str, Any], place: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
-    """Keys of all values of an input but the kinds of its tables."""
+def places(tables: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """Tables and their keys, also those that the input leaves at their defaults, but for kinds and files."""
     found = []
-    for name, value in table.items():
-        if isinstance(value, Mapping):
-            found += leaves(value, (*place, name))
-        elif name not in ("kind", "law", "file"):
-            found.append((*place, name))
+    for name, table in tables.items():
+        known = tables_in(DeckConfig.model_fields[name].annotation)
+        (kind,) = (one for one in known if not issubclass(one, TableFamily) or one.kind_of(table) is one)
+        found += [(name, key) for key in kind.model_fields if key not in ("kind", "law", "file", "files")]
     return found
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
-    st.sampled_from(CRYSTALS), st.sampled_from(SURFACES), st.sampled_from(WALLS), st.sampled_from(PROTOCOLS),
-    st.integers(0, 99), NUMBERS,
+    st.sampled_from(sorted(CRYSTALS)), st.sampled_from(list(kinds.tables(Surface).values())),
+    st.sampled_from(list(kinds.tables(Wall).values())), st.sampled_from(PROTOCOLS), st.integers(0, 99), NUMBERS,
 )  # fmt: skip
 def test_any_number_in_an_input_gives_a_deck_or_one_message(
     monkeypatch, crystal, surface, wall, protocol, which, number
@@ -218,17 +200,12 @@ def test_any_number_in_an_input_gives_a_deck_or_one_message(
         raise Accepted
 
     monkeypatch.setattr("atomistic.relax.decks.Specimen.of_slab", accept)
-    monkeypatch.setattr("atomistic.relax.decks.model_of", lambda _: measured(tomllib.loads(crystal)["kind"]))
-    parts = {
-        "interatomic": crystal, "slab": "n = 12\ndepth = 6.0", "surface": surface, "wall": wall, "protocol": protocol,
-        "solver": "tolerance = 1e-9\nforce_tolerance = 1e-8",
+    monkeypatch.setattr("atomistic.relax.decks.model_of", lambda _: measured(crystal))
+    tables: dict[str, dict[str, Any]] = {
+        "interatomic": dict(CRYSTALS[crystal]), "slab": {"n": 12, "depth": 6.0}, "surface": dict(surface),
+        "wall": dict(wall), "protocol": dict(protocol), "solver": {"tolerance": 1e-9, "force_tolerance": 1e-8},
     }  # fmt: skip
-    tables: dict[str, Any] = {"follows": "atom"} | {name: tomllib.loads(text) for name, text in parts.items()}
-    places = leaves(tables)
-    *path, key = places[which % len(places)]
-    holder = tables
-    for name in path:
-        holder = holder[name]
-    holder[key] = number
+    table, key = (found := places(tables))[which % len(found)]
+    tables[table][key] = number
     with contextlib.suppress(Accepted, InputError):
-        a.deck(parsed(Source(Path("deck.toml"), "", tables, {}), DeckConfig))
+        a.deck(parsed(Source(Path("deck.toml"), "", {"follows": "atom", **tables}, {}), DeckConfig))

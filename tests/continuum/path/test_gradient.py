@@ -17,16 +17,11 @@ import pytest
 import continuum as c
 from continuum.arguments import ArgumentError
 from continuum.measure.contact import area_by_lines
-from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import (
-    CubicLayer,
     HalfSpace,
-    Layer,
-    LayeredHalfSpace,
-    NonPeriodicHalfSpace,
     Substrate,
     TabulatedSubstrate,
 )
@@ -46,6 +41,7 @@ from continuum.path.state import Control, PathState, height, nearness
 from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import NotConvergedError, Settings
 from continuum.solve.tangent import tangent_stiffness
+from tests import kinds
 from tests.problems import Rough
 
 TIGHT = Settings(1e-13)
@@ -70,24 +66,20 @@ def _exponential(work: float) -> Wall:
 
 
 LAWS: dict[str, WallOfWork] = {
-    "the paper's": lambda work: LennardJonesSpline(adhesion_length=work),
+    **kinds.OF_WORK,
     "9-3": lambda work: InversePowers((9, 3), adhesion_length=work, core=0.5),
     "table": _table,
     "exponential": _exponential,
-    "spline on a core": partial(attraction_on_core, "spline", effective_range=0.3, core_stiffness=5.0),
 }
 SUBSTRATES: dict[str, Callable[[Grid], Substrate]] = {
-    "half-space": lambda grid: HalfSpace("clamped"),
+    **{name: lambda grid, one=one: one for name, one in kinds.SUBSTRATES.items()},
     "half-space, free": lambda grid: HalfSpace("free"),
-    "layer": lambda grid: Layer(5.0, 0.3, 0.4),
-    "layered": lambda grid: LayeredHalfSpace([(1.0, 3.0, 0.3)], (1.0, 0.4), 0.2),
-    "crystal": lambda grid: CubicLayer(4.0, CubicConstants(1.2, 0.6, 0.5), 0.3),
     "table": lambda grid: TabulatedSubstrate(0.3 + 0.5 * grid.wavenumber, grid.lengths, "test"),
-    "no images": lambda grid: NonPeriodicHalfSpace(),
 }
+PAPERS, NO_IMAGES = "lennard-jones-spline", "non-periodic-half-space"
 EACH_ONCE = [
     *((law, "half-space") for law in LAWS),
-    *(("the paper's", name) for name in SUBSTRATES if name != "half-space"),
+    *((PAPERS, name) for name in SUBSTRATES if name != "half-space"),
 ]
 
 
@@ -152,13 +144,18 @@ def difference(at: Callable[[float], Real | float]) -> Real:
 @cache
 def place(law: str, substrate: str) -> Place:
     # This law is so steep where the window's rim presses that 1e-13 E* is below rounding.
-    settings = Settings(2e-12) if (law, substrate) == ("9-3", "no images") else TIGHT
+    settings = Settings(2e-12) if (law, substrate) == ("9-3", NO_IMAGES) else TIGHT
     return Place(LAWS[law], SUBSTRATES[substrate](GRID), settings=settings)
 
 
 @pytest.mark.parametrize(
     ("law", "substrate"),
-    [*EACH_ONCE, ("exponential", "no images"), ("9-3", "no images"), ("spline on a core", "crystal")],
+    [
+        *EACH_ONCE,
+        ("exponential", NO_IMAGES),
+        ("9-3", NO_IMAGES),
+        ("attraction-on-core", "crystal"),
+    ],
 )
 def test_load_area_and_separation_change_as_their_derivatives_say(law: str, substrate: str) -> None:
     here = place(law, substrate)
@@ -177,10 +174,13 @@ def test_load_area_and_separation_change_as_their_derivatives_say(law: str, subs
 
 @pytest.mark.parametrize("at", ["mean_gap", "separation", "pressure", "area"])
 @pytest.mark.parametrize("number", ["load", "area"])
-@pytest.mark.parametrize("substrate", ["half-space", "layer", "no images"])
+@pytest.mark.parametrize("substrate", ["half-space", "layer", NO_IMAGES])
 def test_what_is_held_stays(substrate: str, number: Number, at: Given) -> None:
-    here = place("the paper's", substrate)
-    if (number, at) in {("load", "pressure"), ("area", "area")} or (substrate, at) == ("no images", "mean_gap"):
+    here = place(PAPERS, substrate)
+    if (number, at) in {("load", "pressure"), ("area", "area")} or (substrate, at) == (
+        NO_IMAGES,
+        "mean_gap",
+    ):
         with pytest.raises(ArgumentError, match="at ="):
             gradient(here.problem, here.state, TIGHT, number, at=at)
         return
@@ -195,7 +195,7 @@ def test_what_is_held_stays(substrate: str, number: Number, at: Given) -> None:
 
 @pytest.mark.parametrize("control", ["separation", "mean-gap", "mean-pressure", "repulsive-area"])
 def test_the_separation_is_held_where_it_is_given_and_else_the_mean_gap(control: Control) -> None:
-    here = place("the paper's", "layer")
+    here = place(PAPERS, "layer")
     state, at = replace(here.state, control=control), "separation" if control == "separation" else "mean_gap"
     np.testing.assert_array_equal(
         gradient(here.problem, state, TIGHT, "load"), gradient(here.problem, state, TIGHT, "load", at=at)
@@ -215,7 +215,7 @@ def test_the_work_of_the_threshold_keeps_load_and_area(law: str, substrate: str)
     assert abs(here.changes(1.0, 0.0, work)[1]) > 1e-3 * abs(area.work * work)
 
 
-@pytest.mark.parametrize(("law", "substrate"), [("exponential", "layer"), ("the paper's", "no images")])
+@pytest.mark.parametrize(("law", "substrate"), [("exponential", "layer"), (PAPERS, NO_IMAGES)])
 def test_the_least_load_changes_as_the_load_there_at_a_given_gap(
     law: str, substrate: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -246,7 +246,7 @@ def test_the_least_load_changes_as_the_load_there_at_a_given_gap(
     ("substrate", "grid", "hardness"),
     [
         *((name, GRID, np.inf) for name in SUBSTRATES),
-        ("half-space", LINE, np.inf), ("layer", GRID, 0.06), ("no images", GRID, 0.06),
+        ("half-space", LINE, np.inf), ("layer", GRID, 0.06), (NO_IMAGES, GRID, 0.06),
     ],
 )  # fmt: skip
 def test_under_a_hard_wall_the_contact_follows(substrate: str, grid: Grid, hardness: float) -> None:
@@ -262,7 +262,7 @@ def test_under_a_hard_wall_the_contact_follows(substrate: str, grid: Grid, hardn
 
 
 def test_the_derivative_by_the_mean_gap_is_the_normal_stiffness_and_a_shift_of_all_does_nothing() -> None:
-    here = place("the paper's", "half-space")
+    here = place(PAPERS, "half-space")
     law = here.problem.wall.law
     assert law is not None
     stiffness = tangent_stiffness(GRID, here.problem.stiffness_q, law, here.state.gap)
@@ -296,7 +296,7 @@ def test_the_area_by_lines_is_that_of_a_disc_and_of_a_strip() -> None:
 
 
 def test_what_has_no_derivative_is_refused_in_words() -> None:
-    here = place("the paper's", "half-space")
+    here = place(PAPERS, "half-space")
     ask = partial(gradient, here.problem, here.state, TIGHT)
     for wrong in ("w", None, 1):
         with pytest.raises(ArgumentError, match=r"number = .*pull_off"):
@@ -308,7 +308,7 @@ def test_what_has_no_derivative_is_refused_in_words() -> None:
     for number in ("threshold", "pull_off"):
         with pytest.raises(ArgumentError, match=r"at = .*None: at"):
             ask(number, at="area", wall_of=here.wall_of)
-    free = place("the paper's", "half-space, free")
+    free = place(PAPERS, "half-space, free")
     with pytest.raises(ArgumentError, match=r"at = .*mean_gap where"):
         gradient(free.problem, free.state, TIGHT, "load", at="separation")
     apart = solve(here.problem, "mean-gap", 20.0, TIGHT)

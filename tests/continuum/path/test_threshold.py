@@ -13,10 +13,9 @@ from hypothesis import strategies as st
 
 import continuum as c
 from continuum.measure.contact import area_by_lines
-from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import CubicLayer, HalfSpace, Layer, LayeredHalfSpace, Substrate
+from continuum.model.substrates import HalfSpace, Substrate
 from continuum.model.surface import SelfAffine
 from continuum.model.surfaces import CylinderSurface, sphere
 from continuum.model.walls import HardWall, InversePowers, LennardJonesSpline, attraction_on_core
@@ -26,6 +25,7 @@ from continuum.path.loading import solve
 from continuum.path.threshold import PressedState, _Core, core_stiffness, press_without_adhesion
 from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import NotConvergedError, Settings
+from tests import kinds
 from tests.problems import Rough
 
 TIGHT = Settings(1e-7)
@@ -163,11 +163,8 @@ LAWS: dict[str, tuple[float, WallOfWork]] = {
     "9-3": (0.5, lambda work: InversePowers((9, 3), adhesion_length=work, core=0.5)),
 }
 SUBSTRATES: dict[str, Substrate] = {
-    "half-space": HalfSpace("clamped"),
+    **{name: one for name, one in kinds.SUBSTRATES.items() if not hasattr(one, "open_boundary")},
     "half-space, free": HalfSpace("free"),
-    "layer": Layer(8.0, 0.4, "clamped"),
-    "layered": LayeredHalfSpace([(4.0, 1.0, 0.3)], (0.4, 0.4)),
-    "crystal": CubicLayer(np.inf, CubicConstants(1.2, 0.6, 0.5), "clamped"),
 }
 
 
@@ -206,7 +203,7 @@ def test_a_law_whose_range_goes_with_its_work_has_the_range_of_the_threshold() -
     assert state.threshold(same_range).work == pytest.approx(found.work, rel=2e-3)
 
 
-@pytest.mark.parametrize(("law", "substrate"), [("spline", "layered"), ("the paper's", "half-space")])
+@pytest.mark.parametrize(("law", "substrate"), [("spline", "layered-half-space"), ("the paper's", "half-space")])
 def test_the_threshold_by_search_lies_there(law: str, substrate: str) -> None:
     heights, (core, wall_of) = rough(), LAWS[law]
     found = pressed(heights, GRID, 0.05, core, SUBSTRATES[substrate]).threshold(wall_of)

@@ -20,17 +20,15 @@ from continuum.measure.certificate import check_state
 from continuum.measure.contact import Totals
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
+from continuum.model.walls import Wall
 from continuum.runs.record import Point
+from tests import kinds
 from tests.problems import SMALL
 
-LAWS = (
-    {"law": "lennard-jones-spline", "adhesion_length": 0.005},
-    {"law": "lennard-jones-spline", "range": 0.0},
-    {"law": "exponential", "surface_energy": 0.005, "decay_length": 0.3, "core_stiffness": 5.0},
-    {"law": "attraction-on-core", "shape": "spline", "adhesion_length": 0.005, "effective_range": 0.3,
-     "core_stiffness": 5.0},
-    {"law": "hard"},
-)  # fmt: skip
+WALLS: dict[str, dict[str, Any]] = {
+    **kinds.tables(Wall),
+    "repulsive": {"law": "lennard-jones-spline", "range": 0.0},
+}
 LOADING = {"control": "repulsive-area", "targets": [0.05, 0.15]}
 
 
@@ -41,10 +39,9 @@ def stored(folder: Path, with_fields: bool = True, **settings: object) -> Path:
 
 
 @pytest.mark.parametrize("fields", [True, False])
-@pytest.mark.parametrize("wall", LAWS, ids=lambda wall: f"{wall['law']}")
-def test_states_of_every_law_are_sound_stored_or_found_again(
-    wall: dict[str, object], fields: bool, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("name", WALLS)
+def test_states_of_every_law_are_sound_stored_or_found_again(name: str, fields: bool, tmp_path: Path) -> None:
+    wall = WALLS[name]
     found = c.certify(stored(tmp_path, fields, wall=wall))
     assert found.ok, found.faults
     assert len(found.points) == 2
