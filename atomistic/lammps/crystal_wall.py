@@ -16,8 +16,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 import scipy
 
-from atomistic.crystal.crystal import LAYER_SPACING
-from atomistic.crystal.model import Model
+from atomistic.crystal.crystal import LAYER_SPACING, AnySlab
+from atomistic.crystal.model import AnyModel
 from atomistic.lammps.language import formatted
 from atomistic.lammps.shape import Shape
 from continuum.arguments import ArgumentError
@@ -152,13 +152,15 @@ def flat_halves(spacing: float = 1.0, commensurate: bool = True) -> tuple[float,
     return float(found.x), -float(found.fun)
 
 
-def crystal_wall(wall: Wall, shape: Shape, size: tuple[int, int], crystal: WallCrystal = OWN) -> CrystalWall:
-    """The crystal above a period of ``size`` sites.
+def crystal_wall(wall: Wall, shape: Shape, slab: AnySlab, crystal: WallCrystal = OWN) -> CrystalWall:
+    """The crystal above a slab.
 
-    Raises ArgumentError if the law of the wall has no work of adhesion, as the pair law attracts; if the period has no
+    Raises ArgumentError if the slab is not fcc(100), of which the crystal is; if the law of the wall has no work of adhesion, as the pair law attracts; if the period has no
     such rows; or if the atoms keep less than half of the rms height of the map.
     """
-    work = float(wall.work_of_adhesion)
+    if not slab.one_to_one:
+        raise ArgumentError("form", crystal.form, f"no wall of atoms above {slab.name}: it continues fcc(100)")
+    work, size = float(wall.work_of_adhesion), slab.grid.shape
     if not (np.isfinite(work) and work > 0):
         raise ArgumentError("wall", wall, "a law with a work of adhesion, which is that of the atoms of the wall")
     columns, spacing, commensurate = crystal.lattice(size)
@@ -192,7 +194,7 @@ def first_touch(found: CrystalWall) -> float:
     return float(np.max(np.sqrt(np.maximum(SIGMA**2 - apart, 0.0)) - found.sites[:, 2]))
 
 
-def crystal_data(found: CrystalWall, model: Model, size: tuple[int, int], surface: float) -> str:
+def crystal_data(found: CrystalWall, model: AnyModel, size: tuple[int, int], surface: float) -> str:
     """``wall.data``: atoms of the wall at the separation zero, as LAMMPS adds them to those of the slab.
 
     Parameters
@@ -218,7 +220,7 @@ def crystal_data(found: CrystalWall, model: Model, size: tuple[int, int], surfac
     return "\n".join(lines) + "\n"
 
 
-def interactions_beside(model: Model, strength: float) -> str:
+def interactions_beside(model: AnyModel, strength: float) -> str:
     """Commands for the forces of a substrate, and for the pair law between its atoms and those of the wall, type 2.
 
     Parameters

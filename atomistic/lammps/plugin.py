@@ -23,6 +23,7 @@ from atomistic.lammps.language import formatted
 from atomistic.lammps.shape import Shape, map_of
 from continuum.errors import InputError
 from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.walls import Wall
 
 SOURCE, LIBRARY, MAP = "heightmap.cpp", "heightmap.so", "wall.map"
@@ -101,15 +102,15 @@ def _installed() -> tuple[Path, Path, Path]:
     return library, headers, mpi.resolve()
 
 
-def wall_map(wall: Wall, shape: Shape | None, size: tuple[int, int]) -> str:
+def wall_map(wall: Wall, shape: Shape | None, grid: Grid) -> str:
     """``wall.map``: heights over the period and the law, for the plugin.
 
     Parameters
     ----------
     shape : None for a wall of the lattice site, whose heights stand in ``wall.heights``: then the map is not used.
-    size : (nx, ny), sites.
+    grid : of the map.
     """
-    heights = np.zeros((1, 1)) if shape is None else map_of(shape, size)
+    heights = np.zeros((1, 1)) if shape is None else map_of(shape, grid)
     nx, ny = heights.shape
     law = pieces_of_law(wall)
     beyond = float(wall.evaluate(law.x[-1:]).energy[0])
