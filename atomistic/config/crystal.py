@@ -219,7 +219,8 @@ class CrystalTable(Table):
         return None if self.atoms is None else ase.io.read(self.atoms)
 
     @constraint
-    def _is_a_crystal(self) -> Iterator[Fault]:
+    def faults(self) -> Iterator[Fault]:
+        """What is wrong with it."""
         if (self.atoms is None) != (self.modulus is None):
             yield Fault(("modulus",), "E* of the atoms of a file, and only of these; that of a crystal is measured")
         try:

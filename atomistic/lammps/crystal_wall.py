@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 import scipy
 
-from atomistic.crystal.crystal import LAYER_SPACING, AnySlab
+from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.model import AnyModel
 from atomistic.lammps.language import formatted
 from atomistic.lammps.shape import Shape
@@ -152,15 +152,13 @@ def flat_halves(spacing: float = 1.0, commensurate: bool = True) -> tuple[float,
     return float(found.x), -float(found.fun)
 
 
-def crystal_wall(wall: Wall, shape: Shape, slab: AnySlab, crystal: WallCrystal = OWN) -> CrystalWall:
-    """The crystal above a slab.
+def crystal_wall(wall: Wall, shape: Shape, size: tuple[int, int], crystal: WallCrystal = OWN) -> CrystalWall:
+    """The crystal above a period of ``size`` sites.
 
-    Raises ArgumentError if the slab is not fcc(100), of which the crystal is; if the law of the wall has no work of adhesion, as the pair law attracts; if the period has no
+    Raises ArgumentError if the law of the wall has no work of adhesion, as the pair law attracts; if the period has no
     such rows; or if the atoms keep less than half of the rms height of the map.
     """
-    if not slab.one_to_one:
-        raise ArgumentError("form", crystal.form, f"no wall of atoms above {slab.name}: it continues fcc(100)")
-    work, size = float(wall.work_of_adhesion), slab.grid.shape
+    work = float(wall.work_of_adhesion)
     if not (np.isfinite(work) and work > 0):
         raise ArgumentError("wall", wall, "a law with a work of adhesion, which is that of the atoms of the wall")
     columns, spacing, commensurate = crystal.lattice(size)

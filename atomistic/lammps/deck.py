@@ -181,9 +181,12 @@ class Deck:
                     '"formulas" or "plugin" where the wall is a function of the lattice site: atoms act where they are'
                 )
                 raise ArgumentError("wall_force", self.wall_force, allowed)
+            if not self.slab.one_to_one:
+                allowed = f'"formulas" or "plugin" above {self.slab.name}: a wall of atoms continues fcc(100)'
+                raise ArgumentError("wall_force", self.wall_force, allowed)
             instance("wall_crystal", self.wall_crystal, WallCrystal)
             # If there is no such crystal, the reason is raised.
-            crystal_wall.crystal_wall(self.wall, self.shape, self.slab, self.wall_crystal)
+            crystal_wall.crystal_wall(self.wall, self.shape, self.slab.grid.shape, self.wall_crystal)
         number("wall_tolerance", self.wall_tolerance, above=0)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")
@@ -202,7 +205,7 @@ class Deck:
         """The atoms of the wall; None if it has none."""
         if self.wall_force != "atoms" or self.shape is None:
             return None
-        return crystal_wall.crystal_wall(self.wall, self.shape, self.slab, self.wall_crystal)
+        return crystal_wall.crystal_wall(self.wall, self.shape, self.slab.grid.shape, self.wall_crystal)
 
     @property
     def start(self) -> Real:
@@ -290,7 +293,9 @@ def render(deck: Deck) -> dict[str, str]:
         values |= {"results": ".N", "steps": protocol.steps, "separations": listing(protocol.separations)}
         values |= protocol.placeholders(model, slab)
     texts, crystal = {"wall.table": wall_table(wall, deck.wall_tolerance)}, deck.crystal
-    texts["wall.vtk"] = disk.wall_mesh(deck.profile, deck.separation + deck.surface, model.length, slab.grid)
+    texts["wall.vtk"] = disk.wall_mesh(
+        deck.profile, deck.separation + deck.surface, model.length, spacing=slab.grid.spacing
+    )
     if deck.wall_force == "plugin":
         values["core"] = max(wall.core, NO_CORE)
         texts |= {plugin.SOURCE: plugin.plugin_source(), plugin.MAP: plugin.wall_map(wall, shape, slab.grid)}

@@ -19,7 +19,6 @@ from atomistic.lammps.law import read_law
 from continuum.errors import OutputError
 from continuum.files.output import MARK, locked
 from continuum.model.fourier import Real
-from continuum.model.grid import Grid
 from continuum.model.walls import Wall
 
 FORMAT = "stickiness deck 4"
@@ -178,7 +177,13 @@ def write_rows(file: BinaryIO, form: str, ids: NDArray[np.int64], values: Real) 
         file.write((form * len(rows) % tuple(rows.ravel().tolist())).encode())
 
 
-def wall_mesh(heights: Real, level: float, length: float, grid: Grid, offset: tuple[float, float] = (0.0, 0.0)) -> str:
+def wall_mesh(
+    heights: Real,
+    level: float,
+    length: float,
+    offset: tuple[float, float] = (0.0, 0.0),
+    spacing: tuple[float, float] = (1.0, 1.0),
+) -> str:
     """The wall as triangles, in legacy VTK, which OVITO and ParaView show above the atoms: text of a file.
 
     The mesh includes both ends of the period.
@@ -189,10 +194,11 @@ def wall_mesh(heights: Real, level: float, length: float, grid: Grid, offset: tu
     level : height of its zero above the lattice plane of the surface, in a0: separation plus rise of the surface.
     length : a0 in LAMMPS' unit of length, in which the mesh is written.
     offset : offset of the wall along x and y, in a0.
+    spacing : distances of the points of the grid along x and y, in a0.
     """
     z = length * (level + np.pad(heights, ((0, 1), (0, 1)), mode="wrap"))
     nx, ny = z.shape
-    axes = (np.arange(n) * step + shift for n, step, shift in zip(z.shape, grid.spacing, offset, strict=True))
+    axes = (np.arange(n) * step + shift for n, step, shift in zip(z.shape, spacing, offset, strict=True))
     x, y = (length * axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
     points = np.column_stack([x, y, z.ravel()])
     corner = (np.arange(nx - 1)[:, None] * ny + np.arange(ny - 1)).ravel()

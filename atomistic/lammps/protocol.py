@@ -254,6 +254,7 @@ class Motion(Protocol):
 
     def about(self) -> Mapping[str, float]:
         kept = {} if self.pressure is None else {"pressure": self.pressure}
+        kept |= {} if isinstance(self.along, str) else {"along": self.along}
         return {"temperature": self.temperature, "hold": self.hold, "dwell": self.dwell, **kept}
 
     def placeholders(self, model: AnyModel, slab: AnySlab) -> dict[str, str]:

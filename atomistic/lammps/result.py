@@ -197,6 +197,8 @@ class DeckDescription:
     """Number of first windows of a motion, in which a thermostat acts on all layers; they are not averaged."""
     dwell: int = 0
     """Number of following windows in which the wall rests."""
+    along: float | None = None
+    """Direction of sliding, from x to y, in degrees; None along an axis."""
     pressure: float | None = None
     """Constant mean pressure of a sliding wall, in E*; None at constant separation."""
 

@@ -74,9 +74,30 @@ class DeckStep(Totals):
     slipped: int = quantity("1", "atoms with other nearest neighbours than before")
     faulted: int = quantity("1", "atoms in stacking faults, hcp by common neighbour analysis; -1 if nobody looked")
     status: str = quantity("", "what was found")
+    direction: float = 0.0
+    """Of sliding, where it is no axis, from x to y, in degrees."""
+
+    @property
+    def _way(self) -> Real:
+        return np.array([np.cos(np.deg2rad(self.direction)), np.sin(np.deg2rad(self.direction))])
+
+    @property
+    def offset_s(self) -> float:
+        """Of the wall in the direction of sliding, in a0."""
+        return float(self._way @ (self.offset_x, self.offset_y))
+
+    @property
+    def lateral_s(self) -> float:
+        """Force of the wall on the atoms in the direction of sliding, over A0, in E*."""
+        return float(self._way @ (self.lateral_x, self.lateral_y))
+
+    @property
+    def lateral_s_error(self) -> float:
+        """Its standard error, of the errors along x and y as if they were one."""
+        return float(np.abs(self._way) @ (self.lateral_x_error, self.lateral_y_error))
 
     @classmethod
-    def of(cls, result: DeckResult) -> DeckStep:
+    def of(cls, result: DeckResult, direction: float = 0.0) -> DeckStep:
         """The numbers of a state, or of a window."""
         totals = ("load", "load_rep", "lateral_x", "lateral_y", "wall_energy", "total_energy")
         found = dict[str, float]()
@@ -95,6 +116,7 @@ class DeckStep(Totals):
             slipped=int(np.count_nonzero(result.slipped)),
             faulted=result.faulted,
             status=result.status.name,
+            direction=direction,
             **{name: value for name, value in found.items() if name in cls.__dataclass_fields__},
         )
 
@@ -140,7 +162,7 @@ class DeckSteps:
         result = None
         for step in finished_steps(directory):
             result = read_result(directory, step)
-            steps.append(DeckStep.of(result))
+            steps.append(DeckStep.of(result, description.along or 0.0))
             gaps.append(result.gap)
             slips.append(result.slab.below(result.slipped))
         last = result or read_result(directory)  # which raises the reason
@@ -182,7 +204,9 @@ class DeckSteps:
 
     @property
     def slides(self) -> str:
-        """Along which axis the wall slides, "x" or "y"; empty if it does not."""
+        """Along which axis the wall slides, "x" or "y", "s" of another direction; empty if it does not."""
+        if self.description.along is not None:
+            return "s"
         return next((name for name in "xy" if any(getattr(step, f"offset_{name}") for step in self.steps)), "")
 
     @property
@@ -224,7 +248,10 @@ class DeckSteps:
         ArgumentError, DeckError
             If there is no such quantity, or no such window.
         """
-        names = [column.name.removesuffix("_error") for column in fields(DeckStep) if column.name.endswith("_error")]
+        names = [
+            "lateral_s",
+            *(column.name.removesuffix("_error") for column in fields(DeckStep) if column.name.endswith("_error")),
+        ]
         choice("name", name, names)
         if not self.averaged:
             raise DeckError(f"{self.directory}: no window with a resting (dwell) or sliding wall is finished")

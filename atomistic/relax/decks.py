@@ -71,7 +71,7 @@ class DeckParts(NamedTuple):
         """The atoms of the wall; None if it has none."""
         if self.wall_force != "atoms" or self.shape is None:
             return None
-        return crystal_wall(self.wall, self.shape, self.slab, self.wall_crystal)
+        return crystal_wall(self.wall, self.shape, self.slab.grid.shape, self.wall_crystal)
 
 
 def parts_of(config: DeckConfig, progress: Progress | None = None) -> DeckParts:
@@ -261,7 +261,7 @@ def deck_of(parts: DeckParts, progress: Progress | None = None) -> Deck:
     problem = ContactProblem(slab.grid, wall, heights, response)
     settings = parts.solver.build(scale)
     protocol: Protocol | None
-    notes = specimen.notes
+    notes: tuple[str, ...] = ()
     if steps.control == "mean-pressure":
         states = list(loading.follow(problem, "mean-pressure", steps.values, settings))
         require_strength(problem, states, settings, model)
@@ -272,8 +272,7 @@ def deck_of(parts: DeckParts, progress: Progress | None = None) -> Deck:
         separations = steps.values
     if steps.motion is not None:
         temperature = thermal_energy(steps.motion.temperature, model.real_units)
-        model, rise, more = _warm(specimen, temperature, progress)
-        notes += more
+        model, rise, notes = _warm(specimen, temperature, progress)
         damping = 1 / (2 * swing(model, slab.depth))  # critical for the slab's slowest vibration
         protocol = steps.motion.motion(
             temperature * specimen.model.energy / model.energy,
@@ -371,7 +370,7 @@ def parts_under(
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
     require_steps(steps, slab, measured, wall, heights)
     if shape is not None and force == "atoms":
-        crystal_wall(wall, shape, slab, crystal)  # what it cannot be is said before anything is solved
+        crystal_wall(wall, shape, slab.grid.shape, crystal)  # what it cannot be is said before anything is solved
     return DeckParts(slab, measured, wall, heights, steps, shape, force, DeckSolverTable(), wall_crystal=crystal)
 
 

@@ -60,7 +60,7 @@ def require_apart(config: DeckConfig, steps: Steps, wall: Wall, shape: Shape, sl
     Raises ConfigError, with the smallest allowed separation, if they do; or if there is no such crystal.
     """
     try:
-        touch = first_touch(crystal_wall(wall, shape, slab, config.wall_crystal))
+        touch = first_touch(crystal_wall(wall, shape, slab.grid.shape, config.wall_crystal))
     except ArgumentError as error:
         key = ("wall",) if error.name == "wall" else ("wall_crystal", error.name)
         raise refuse(config, Fault(key, error.allowed)) from error

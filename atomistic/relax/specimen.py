@@ -40,8 +40,6 @@ class Specimen:
     def slab(self) -> Slab:
         return self.response.slab
 
-    notes = ()
-
     @property
     def rise(self) -> Real:
         """Rise of each layer at rest above its lattice sites, in a0."""
@@ -109,7 +107,6 @@ class FaceSpecimen:
 
     model: FaceModel
     slab: AtomSlab
-    notes: tuple[str, ...] = ()
 
     @property
     def response(self) -> TabulatedSubstrate:
@@ -134,11 +131,8 @@ def specimen_under(model: AnyModel, slab: Any) -> Specimen | FaceSpecimen:
 
 @specimen_under.register
 def _(model: FaceModel, slab: AtomSlab) -> FaceSpecimen:
-    slab, model, reconstructs = at_rest(slab, model)
-    note = (
-        "The surface at rest reconstructs: random displacements of its sites lead to a lower energy, where it is left."
-    )
-    return FaceSpecimen(model, slab, (note,) if reconstructs else ())
+    slab, model = at_rest(slab, model)
+    return FaceSpecimen(model, slab)
 
 
 def slab_of(config: ValidateConfig | DeckConfig, model: AnyModel) -> AnySlab:

@@ -23,10 +23,12 @@ from continuum.model.cubic import CubicConstants, contact_modulus_of_face, rotat
 from continuum.model.fourier import Real
 from continuum.units import Units, parse
 
-_RATTLE, _LOWER = 0.02, 1e-6
-"""Random displacements, in a0, and the part of E* a0³ by which the energy is then lower, of a surface that reconstructs."""
+_RATTLE, _LEFT = 1e-3, 1e-8
+"""Random displacements from which a surface relaxes, in a0, and the largest force that is left, in E* a0²."""
 _VOIGT = [0, 1, 2, 5, 4, 3]
 """Voigt's places of LAMMPS' xx, yy, zz, xy, xz, yz."""
+_TILTS = [1, 2, 2], [0, 0, 1]
+"""Places of xy, xz and yz in a box whose rows are its edges."""
 _MEASURED: dict[str, FaceModel] = {}
 
 
@@ -87,16 +89,16 @@ def _measured(potential: Potential, cell: CrystalCell) -> FaceModel:
     require_style(potential)
     with _Strained(potential, cell) as strained:
         strained.settle()
-        h = strained.hessian(6)
+        h = strained.hessian()
         periods, fractions = strained.periods, strained.fractions
         stable = np.linalg.eigvalsh(h[6:, 6:]).min() > -1e-6 * np.abs(h).max()
     volume = float(np.prod(periods))
     c = (h[:6, :6] - h[:6, 6:] @ np.linalg.pinv(h[6:, 6:], rcond=1e-7) @ h[6:, :6]) / volume
-    if not (stable and np.linalg.eigvalsh((c + c.T) / 2).min() > 0):
+    if not (stable and np.linalg.eigvalsh(c).min() > 0):
         raise PotentialError(f"the crystal {cell.name} of this potential is not stable: {potential.reference}")
     at_rest = cell._replace(periods=periods, fractions=fractions)
     length = at_rest.nearest()
-    tensor = tensor_of((c + c.T) / 2)
+    tensor = tensor_of(c)
     modulus = _modulus(tensor)
     density = len(cell.types) * length**3 / volume
     return FaceModel(
@@ -110,60 +112,47 @@ class _Strained(Cell):
 
     def __init__(self, potential: Potential, cell: CrystalCell) -> None:
         guess = potential.guess or (0.5 * potential.cutoff) ** 3
-        self._types, self._volumes = cell.types, guess / cell.volume * np.geomspace(0.35, 3, 120)
-        self.periods, self.fractions, self._scale = cell.periods, cell.fractions.copy(), 1.0
-        super().__init__(
-            potential, cell.fractions * cell.periods * np.cbrt(guess), cell.periods * np.cbrt(guess), types=cell.types
-        )
+        volumes, self.fractions = guess / cell.volume * np.geomspace(0.35, 3, 120), cell.fractions
+        start = cell.periods * np.cbrt(volumes[0])
+        super().__init__(potential, cell.fractions * start, start, types=cell.types)
         self.command("change_box all triclinic")
-        energies = [self._at(np.zeros(6), cell.periods * np.cbrt(v))[0] for v in self._volumes]
+        energies = [self._at(np.zeros(6), cell.periods * np.cbrt(volume))[0] for volume in volumes]
         i = int(np.argmin(energies))
         if not np.isfinite(energies).all() or not 0 < i < len(energies) - 1:
             msg = (
                 f"no crystal {cell.name} at zero pressure near a volume of {guess:.4g} per atom: {potential.reference}"
             )
             raise PotentialError(msg)
-        self.periods = cell.periods * np.cbrt(self._volumes[i])
+        self.periods = cell.periods * np.cbrt(volumes[i])
 
-    def _at(self, strain: Real, periods: Real, moved: Real | float = 0.0) -> tuple[float, Real, Real]:
-        """Energy, stress times volume and forces at a strain in Voigt's order, by a matrix that is zero below."""
-        lengths = periods * (1 + strain[:3])
-        yz, xz, xy = strain[3] * periods[2], strain[4] * periods[2], strain[5] * periods[1]
-        self.deform(lengths, f" xy final {xy:.17g} xz final {xz:.17g} yz final {yz:.17g}")
-        at = self.fractions * lengths
-        at[:, 0] += self.fractions[:, 1] * xy + self.fractions[:, 2] * xz
-        at[:, 1] += self.fractions[:, 2] * yz
-        energy, forces = self.evaluate(at + moved)
-        return energy, self.stress(6)[_VOIGT] * float(np.prod(lengths)), forces
-
-    def gradient(self, at: Real) -> Real:
-        """Derivative of the energy by six strains and by the displacements of the atoms, at these numbers."""
-        _, stress, forces = self._at(at[:6], self.periods, at[6:].reshape(-1, 3))
-        return np.concatenate([stress, -forces.ravel()])
-
-    def hessian(self, strains: int) -> Real:
-        """Second derivatives by strains and displacements, by central differences; the first strains only."""
-        size, step = 6 + self.fractions.size, np.where(np.arange(6 + self.fractions.size) < 6, STEP, STEP * self.least)
-        chosen = [*range(strains), *range(6, size)]
-        unit = np.eye(size)
-        h = np.array(
-            [(self.gradient(s * e) - self.gradient(-s * e)) / (2 * s) for s, e in zip(step, unit, strict=True)]
+    def _at(self, strain: Real, periods: Real, moved: Real | float = 0.0) -> tuple[float, Real]:
+        """Energy, and its derivatives by strains in Voigt's order and by displacements; strains are zero below the
+        diagonal."""
+        box = np.diag(periods * (1 + strain[:3]))  # rows are the edges
+        box[1, 0], box[2, 0], box[2, 1] = strain[5] * periods[1], strain[4] * periods[2], strain[3] * periods[2]
+        self.deform(
+            np.diag(box), "".join(f" {n} final {t:.17g}" for n, t in zip(("xy", "xz", "yz"), box[_TILTS], strict=True))
         )
-        return h[np.ix_(chosen, chosen)]
+        energy, forces = self.evaluate(self.fractions @ box + moved)
+        return energy, np.concatenate([self.stress(6)[_VOIGT] * float(np.prod(np.diag(box))), -forces.ravel()])
 
-    @property
-    def least(self) -> float:
-        """Order of the distance of neighbours."""
-        return float(np.cbrt(np.prod(self.periods) / len(self._types)))
+    def hessian(self) -> Real:
+        """Second derivatives by six strains and all displacements, by central differences."""
+        size = 6 + self.fractions.size
+        step = np.full(size, STEP * float(np.cbrt(np.prod(self.periods) / len(self.fractions))))
+        step[:6] = STEP
+        sides = [[self._at(x[:6], self.periods, x[6:].reshape(-1, 3))[1] for x in (s * e, -s * e)]
+                 for s, e in zip(step, np.eye(size), strict=True)]  # fmt: skip
+        h = np.array([(up - down) / (2 * s) for s, (up, down) in zip(step, sides, strict=True)])
+        return np.asarray((h + h.T) / 2)
 
     def settle(self) -> None:
         """Bring the lengths of the cell and the atoms in it to rest."""
-        h, size = self.hessian(3), 6 + self.fractions.size
-        inverse = np.linalg.pinv((h + h.T) / 2, rcond=1e-7)
-        scale = float(np.abs(h).max())
+        h = self.hessian()
+        free = np.delete(np.arange(len(h)), [3, 4, 5])
+        inverse, scale = np.linalg.pinv(h[np.ix_(free, free)], rcond=1e-7), float(np.abs(h).max())
         for _ in range(60):
-            g = self.gradient(np.zeros(size))
-            g = np.concatenate([g[:3], g[6:]])
+            g = self._at(np.zeros(6), self.periods)[1][free]
             if np.abs(g).max() < 1e-11 * scale:
                 break
             move = -inverse @ g
@@ -186,40 +175,25 @@ def slab_of_table(crystal: CrystalTable, model: AnyModel, width: tuple[float, fl
     return model.cell.slab(width, depth, model.reach, crystal.skin)
 
 
-def at_rest(slab: AtomSlab, model: FaceModel) -> tuple[AtomSlab, FaceModel, bool]:
-    """A slab as its surface relaxes, its model with the stiffest vibration, and whether the surface reconstructs.
-
-    Where random displacements lead to a lower energy than the symmetric sites do, the atoms are left there.
+def at_rest(slab: AtomSlab, model: FaceModel) -> tuple[AtomSlab, FaceModel]:
+    """A slab as its surface relaxes from sites that are no longer symmetric, and its model with its stiffest vibration.
 
     Raises LammpsError if LAMMPS fails.
     """
     rng, sites, unit = np.random.default_rng(1), slab.positions * model.length, model.energy / model.length
     mobile = np.arange(slab.size)[:, None] < slab.moving
+    random = mobile * rng.normal(size=sites.shape)
     with Cell(model, sites, np.array(slab.lengths) * model.length, surface=True, types=slab.types) as cell:
-        cell.command(
-            f"group mobile id <= {slab.moving}", "group base subtract all mobile", "fix freeze base setforce 0 0 0",
-            f"min_modify line quadratic norm max dmax {0.1 * model.length:.17g}",
-        )  # fmt: skip
-
-        def relaxed(start: Real) -> tuple[float, Real]:
-            cell.evaluate(start)
-            cell.command("min_style cg", f"minimize 0 {1e-6 * unit:.17g} 2000 4000")
-            return cell.evaluate(cell.positions())
-
-        found = []
-        for size in (0.0, _RATTLE * model.length):
-            start = sites + size * mobile * rng.normal(size=sites.shape)
-            energy, _ = relaxed(start)
-            found.append((energy, cell.positions()))
-        reconstructs = found[1][0] < found[0][0] - _LOWER * model.energy
-        rest = found[int(reconstructs)][1]
-        # The largest eigenvalue of the Hessian, by its powers, from below.
-        v, step = mobile * rng.normal(size=sites.shape), 1e-4 * model.length
-        for _ in range(12):
+        cell.command(f"group base id > {slab.moving}", "fix freeze base setforce 0 0 0", "min_style cg")
+        cell.command(f"min_modify line quadratic norm max dmax {0.1 * model.length:.17g}")
+        cell.evaluate(sites + _RATTLE * model.length * random)
+        cell.command(f"minimize 0 {_LEFT * unit:.17g} 2000 4000")
+        rest, v = cell.positions(), random
+        for _ in range(12):  # the largest eigenvalue of the Hessian, by its powers, from below
             v /= np.linalg.norm(v)
-            h = step / np.abs(v).max()
+            h = 1e-4 * model.length / np.abs(v).max()
             v = mobile * (cell.evaluate(rest - h * v)[1] - cell.evaluate(rest + h * v)[1]) / (2 * h)
-        stiffest = 1.1 * float(np.linalg.norm(v)) * model.length / unit * model.mass / min(model.masses)
+    stiffest = 1.1 * float(np.linalg.norm(v)) * model.length / unit * model.mass / min(model.masses)
     moved = (rest - sites) / model.length
     moved[:, :2] -= np.array(slab.lengths) * np.rint(moved[:, :2] / slab.lengths)
-    return replace(slab, positions=slab.positions + moved), replace(model, stiffest=stiffest), reconstructs
+    return replace(slab, positions=slab.positions + moved), replace(model, stiffest=stiffest)

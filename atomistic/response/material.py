@@ -47,15 +47,12 @@ Stackings of the same planes may differ by less: Lennard-Jones cut at 2.5 σ (sm
 
 _SUFFIXES = {"gpu": "GPU", "intel": "INTEL", "kk": "KOKKOS", "omp": "OPENMP", "opt": "OPT"}
 _PACKAGES = {
-    "MANYBODY": "adp airebo eam eam/alloy eam/fs edip eim gw meam/spline nb3b/harmonic polymorphic rebo sw tersoff "
-    "tersoff/mod tersoff/zbl vashishta",
-    "MEAM": "meam meam/ms", "ML-HDNNP": "hdnnp", "ML-IAP": "mliap", "ML-PACE": "pace pace/extrapolation",
-    "ML-POD": "pod", "ML-QUIP": "quip", "ML-RANN": "rann", "ML-SNAP": "snap", "ML-UF3": "uf3",
-    "REAXFF": "reaxff", "MACE (the LAMMPS of its authors)": "mace symmetrix/mace",
-    "ALLEGRO (a plugin of its authors)": "allegro nequip", "DeePMD-kit (a plugin of its authors)": "deepmd",
-    "MGPT": "mgpt", "SMTBQ": "smtbq", "MISC": "agni",
+    "MANYBODY": "adp eam eam/alloy eam/fs sw tersoff rebo airebo vashishta", "MEAM": "meam", "ML-HDNNP": "hdnnp",
+    "ML-IAP": "mliap", "ML-PACE": "pace", "ML-POD": "pod", "ML-RANN": "rann", "ML-SNAP": "snap", "ML-UF3": "uf3",
+    "REAXFF": "reaxff", "of the authors of MACE": "mace symmetrix/mace", "DeePMD-kit": "deepmd",
+    "of the authors of Allegro": "allegro nequip",
 }  # fmt: skip
-"""Packages of LAMMPS with the pair styles of crystals that are in them."""
+"""Packages with the pair styles of crystals that are in them."""
 _PACKAGE_OF = {style: package for package, styles in _PACKAGES.items() for style in styles.split()}
 
 _MEASURED: dict[str, Crystal] = {}

