@@ -152,7 +152,7 @@ class PairStyleTable(Interatomic):
     cutoff: Positive
     """cut-off of the formulas, in Å"""
     lattice_constant: Positive
-    """lattice constant of the fcc crystal to a tenth, in Å, from which the measurement starts; of other crystals the edge
+    """lattice constant of the fcc crystal to a tenth, in Å, from which the measurement starts; of other crystals that
     of an fcc crystal of the same density, to a third"""
     arguments: _Words = ()
     """arguments after the name of the style"""

@@ -192,7 +192,7 @@ class DeckConfig(Document):
 
     @constraint
     def _fits_the_surface(self) -> Iterator[Fault]:
-        if self.slab.n == (0, 0) and self.crystal.atoms is None or any(self.crystal.faults()):
+        if (self.slab.n == (0, 0)) != (self.crystal.atoms is not None) or any(self.crystal.faults()):
             return
         yield from self.surface.too_short(self.grid.shape, self.grid.lengths)
         yield from self.surface.too_long(self.grid.shape, self.grid.lengths)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from dataclasses import field as field_of
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
@@ -36,58 +36,31 @@ class AnySlab:
     Arrays over its atoms have the shape of ``ids``, those over the surface atoms, on which the wall acts, ``shape``.
     """
 
-    if TYPE_CHECKING:  # fields or properties of each kind
-
-        @property
-        def name(self) -> str:
-            """Structure and face, "fcc(100)", or "given"."""
-
-        @property
-        def shape(self) -> tuple[int, ...]: ...
-
-        @property
-        def axes(self) -> tuple[str, ...]:
-            """Names of the axes of arrays over the surface atoms."""
-
-        @property
-        def ids(self) -> NDArray[np.int64]:
-            """Number of each atom in LAMMPS, from 1."""
-
-        @property
-        def positions(self) -> Real:
-            """Sites, shape (*ids.shape, 3), in a0."""
-
-        @property
-        def types(self) -> NDArray[np.int64]:
-            """Which element each atom is, from 0, shape (size,)."""
-
-        @property
-        def grid(self) -> Grid:
-            """The grid of the map of the wall and of the continuum beside it."""
-
-        @property
-        def mobile(self) -> int:
-            """Number of layers of as many atoms as the surface has that move."""
-
-        @property
-        def moving(self) -> int:
-            """Number of entries along the first axis of ``ids`` that move."""
-
-        @property
-        def lost(self) -> float:
-            """Distance at which atoms are no longer neighbours, between two shells, in a0."""
-
-        @property
-        def depth(self) -> float:
-            """From the surface to the first frozen atom, in a0."""
-
-        @property
-        def bottom(self) -> float:
-            """Height below which there is no atom, in a0."""
-
-        @property
-        def about(self) -> str:
-            """What it is, in words."""
+    name: str
+    """Structure and face, "fcc(100)", or "given"."""
+    shape: tuple[int, ...]
+    axes: tuple[str, ...]
+    """Names of the axes of arrays over the surface atoms."""
+    ids: NDArray[np.int64]
+    """Number of each atom in LAMMPS, from 1."""
+    positions: Real
+    """Sites, shape (*ids.shape, 3), in a0."""
+    types: NDArray[np.int64]
+    """Which element each atom is, from 0, shape (size,)."""
+    grid: Grid
+    """The grid of the map of the wall and of the continuum beside it."""
+    mobile: int
+    """Number of layers of as many atoms as the surface has that move."""
+    moving: int
+    """Number of entries along the first axis of ``ids`` that move."""
+    lost: float
+    """Distance at which atoms are no longer neighbours, between two shells, in a0."""
+    depth: float
+    """From the surface to the first frozen atom, in a0."""
+    bottom: float
+    """Height below which there is no atom, in a0."""
+    about: str
+    """What it is, in words."""
 
     @property
     def one_to_one(self) -> bool:
@@ -97,7 +70,7 @@ class AnySlab:
     @property
     def size(self) -> int:
         """Number of all atoms, the frozen ones included."""
-        return self.ids.size
+        return self.types.size
 
     @property
     def surface_atoms(self) -> int:
@@ -160,15 +133,24 @@ class AtomSlab(AnySlab):
     moving: int
     lost: float = 0.0
 
-    axes: ClassVar[tuple[str, ...]] = ("atom",)
-
     def __post_init__(self) -> None:
+        count, surface, (x, y) = len(self.positions), self.surface, self.lengths
+        nx, ny = (max(2, round(length)) for length in self.lengths)  # points about a0 apart
+        z = self.positions[:, 2]
+        vars(self).update(
+            axes=("atom",),
+            ids=np.arange(1, count + 1),
+            shape=(surface,),
+            grid=Grid((nx, ny), self.lengths),
+            mobile=round(self.moving / surface),
+            depth=float(np.median(z[:surface]) - z[self.moving :].max(initial=z.min())),
+            bottom=float(z.min()),
+            about=f"{count} atoms, {surface} of them at the surface, {self.name}, {x:.5g} x {y:.5g} a0",
+        )
         if not self.lost:
             # The widest gap between distances up to the third shell of fcc.
-            i, j = self._pairs(1.75)
-            shells = np.sort(np.linalg.norm(self._apart(i, j), axis=-1))
-            widest = int(np.argmax(np.diff(shells))) if len(shells) > 1 else 0
-            object.__setattr__(self, "lost", float(shells[widest : widest + 2].mean()) if len(shells) else LOST)
+            shells = np.sort(np.linalg.norm(self._apart(*self._pairs(1.75)), axis=-1))
+            vars(self)["lost"] = float(shells[(i := int(np.argmax(np.diff(shells)))) : i + 2].mean())
 
     @classmethod
     def of_sites(
@@ -190,37 +172,6 @@ class AtomSlab(AnySlab):
         moving = int(np.count_nonzero(down < depth - _ALIKE))
         surface = int(np.count_nonzero(down < skin))
         return cls(name, (float(period[0]), float(period[1])), at[order], types[order], surface, moving)
-
-    @property
-    def ids(self) -> NDArray[np.int64]:
-        return np.arange(1, len(self.positions) + 1)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return (self.surface,)
-
-    @property
-    def mobile(self) -> int:
-        return round(self.moving / self.surface)
-
-    @property
-    def depth(self) -> float:
-        return float(np.median(self.positions[: self.surface, 2]) - self.positions[self.moving :, 2].max())
-
-    @property
-    def bottom(self) -> float:
-        return float(self.positions[:, 2].min())
-
-    @cached_property
-    def grid(self) -> Grid:
-        """Points about a0 apart."""
-        nx, ny = (max(2, round(length)) for length in self.lengths)
-        return Grid((nx, ny), self.lengths)
-
-    @property
-    def about(self) -> str:
-        x, y = self.lengths
-        return f"{self.size} atoms, {self.surface} of them at the surface, {self.name}, {x:.5g} x {y:.5g} a0"
 
     def _pairs(self, distance: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         period = np.array([*self.lengths, 0.0])
@@ -270,18 +221,27 @@ class Slab(AnySlab):
     mobile: int
     frozen: int = 1
 
-    name: ClassVar[str] = "fcc(100)"
-    axes: ClassVar[tuple[str, ...]] = ("x", "y")
-    lost: ClassVar[float] = LOST
-
     def __post_init__(self) -> None:
         shape = tuple(count("shape", n, 3) for n in pair("shape", self.shape))
         mobile, frozen = count("mobile", self.mobile), count("frozen", self.frozen)
         if shape[0] * shape[1] * (mobile + frozen) > _MOST_ATOMS:
             layers = f"{mobile} mobile layers, as its depth asks for, and {frozen} frozen"
             raise ArgumentError("shape", shape, f"a slab of at most {_MOST_ATOMS} atoms; this one has {layers}")
-        for name, value in (("shape", shape), ("mobile", mobile), ("frozen", frozen)):
-            object.__setattr__(self, name, value)
+        deep, lengths = mobile + frozen, (float(shape[0]), float(shape[1]))
+        vars(self).update(
+            shape=shape,
+            mobile=mobile,
+            frozen=frozen,
+            name="fcc(100)",
+            axes=("x", "y"),
+            grid=Grid((shape[0], shape[1]), lengths),
+            moving=mobile,
+            lost=LOST,
+            depth=mobile * LAYER_SPACING,
+            bottom=-deep * LAYER_SPACING,
+            types=np.broadcast_to(np.int64(0), shape[0] * shape[1] * deep),
+            about=f"{shape[0]} x {shape[1]} atoms",
+        )
 
     @classmethod
     def of_depth(cls, grid: Grid, depth: float, frozen: int = 1) -> Slab:
@@ -302,39 +262,8 @@ class Slab(AnySlab):
         """Number of layers, mobile and frozen."""
         return self.mobile + self.frozen
 
-    @property
-    def moving(self) -> int:
-        return self.mobile
-
-    @property
-    def depth(self) -> float:
-        """Depth from the surface plane to the first frozen plane, M a0/√2."""
-        return self.mobile * LAYER_SPACING
-
-    @property
-    def bottom(self) -> float:
-        return -self.layers * LAYER_SPACING
-
-    @property
-    def types(self) -> NDArray[np.int64]:
-        return np.zeros(self.size, np.int64)
-
-    @property
-    def about(self) -> str:
-        return f"{self.shape[0]} x {self.shape[1]} atoms"
-
-    @property
-    def size(self) -> int:
-        """Number of all atoms, the frozen ones included."""
-        return self.layers * self.shape[0] * self.shape[1]
-
-    @property
-    def grid(self) -> Grid:
-        """The grid of the surface atoms."""
-        return Grid(self.shape, (float(self.shape[0]), float(self.shape[1])))
-
     @cached_property
-    def ids(self) -> NDArray[np.int64]:
+    def ids(self) -> NDArray[np.int64]:  # type: ignore[override]
         """Number of each atom in LAMMPS, shape (layers, nx, ny), from 1; the last index runs fastest."""
         ids = np.arange(1, self.size + 1).reshape(self.layers, *self.shape)
         ids.flags.writeable = False
@@ -354,7 +283,7 @@ class Slab(AnySlab):
         return np.unravel_index(given - 1, (self.layers, *self.shape))
 
     @cached_property
-    def positions(self) -> Real:
+    def positions(self) -> Real:  # type: ignore[override]
         """Lattice sites, shape (layers, nx, ny, 3), in a0."""
         import ase.build
 

@@ -137,7 +137,8 @@ def _read_atoms(file: TextIO, name: str, surface: str, mobile: str, frozen: str,
 def read_heights(path: Path) -> Real:
     """Heights of the wall at the points of the grid of a ``slab.data``, its surface atoms, shape (nx, ny), in a0.
 
-    Of other slabs than fcc(100) they stand in a file of their own.  They stand beside it in ``wall.heights``; in decks of earlier versions, in a section of it.
+    They stand beside it in ``wall.heights``, or of other slabs than fcc(100) in ``wall.npy``; in decks of earlier
+    versions, in a section of it.
 
     Raises ValueError if the file does not belong to a deck.
     """

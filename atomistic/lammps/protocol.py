@@ -307,19 +307,19 @@ class Motion(Protocol):
 
     def _ways(self) -> dict[str, str]:
         """The offset along x and y, the sliding distance of a window, and the force along it."""
-        slid = "${slide_from}+v_done*(${slide_to}-(${slide_from}))"
+        slid, line = "${slide_from}+v_done*(${slide_to}-(${slide_from}))", "variable        offset_{} equal {}"
         if not isinstance(self.along, str):
             x, y = (formatted(float(f(np.deg2rad(self.along)))) for f in (np.cos, np.sin))
             return {
-                "along": f"{self.along:g} degrees from x", "work_along": f"({x}*v_mean_lateral_x+{y}*v_mean_lateral_y)",
-                "offsets": f"variable        offset_x equal ({x})*({slid})\nvariable        offset_y equal ({y})*({slid})",
-                "there": "variable        there_y string $(v_offset_y:%.17g)\nvariable        offset_y equal ${there_y}\n",
-                "moved": "x",
+                "along": f"{self.along:g} degrees from x", "moved": "x",
+                "work_along": f"({x}*v_mean_lateral_x+{y}*v_mean_lateral_y)",
+                "offsets": "\n".join(line.format(name, f"({way})*({slid})") for name, way in (("x", x), ("y", y))),
+                "there": f"variable        there string $(v_offset_y:%.17g)\n{line.format('y', '${there}')}\n",
             }  # fmt: skip
         across = "y" if self.along == "x" else "x"
         return {
             "along": self.along, "work_along": f"v_mean_lateral_{self.along}", "there": "", "moved": self.along,
-            "offsets": f"variable        offset_{self.along} equal {slid}\nvariable        offset_{across} equal 0.0",
+            "offsets": f"{line.format(self.along, slid)}\n{line.format(across, '0.0')}",
         }  # fmt: skip
 
     def _height(self, model: AnyModel, slab: AnySlab) -> dict[str, str]:

@@ -103,20 +103,12 @@ def _require_memory(slab: AnySlab, depth: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class FaceSpecimen:
-    """A slab below any face at rest, of which the response is that of the half-space of its crystal."""
+    """A slab below any face, at rest, with the response of the half-space of its crystal and its own mean stiffness."""
 
     model: FaceModel
     slab: AtomSlab
-
-    @property
-    def response(self) -> TabulatedSubstrate:
-        """The half-space, with the mean compliance of the slab."""
-        table = self.model.stiffness_q(self.slab.grid, self.slab.depth)
-        return TabulatedSubstrate(table, self.slab.grid.lengths, f"the half-space below {self.slab.name}")
-
-    @property
-    def rise(self) -> None:
-        """Its positions are those at rest."""
+    response: TabulatedSubstrate
+    rise: None = None
 
     def start(self, wall: Wall, gap: Real) -> Real:
         """Displacements to start from: the slab at rest."""
@@ -132,7 +124,8 @@ def specimen_under(model: AnyModel, slab: Any) -> Specimen | FaceSpecimen:
 @specimen_under.register
 def _(model: FaceModel, slab: AtomSlab) -> FaceSpecimen:
     slab, model = at_rest(slab, model)
-    return FaceSpecimen(model, slab)
+    table = model.stiffness_q(slab.grid, slab.depth)
+    return FaceSpecimen(model, slab, TabulatedSubstrate(table, slab.grid.lengths, f"the half-space below {slab.name}"))
 
 
 def slab_of(config: ValidateConfig | DeckConfig, model: AnyModel) -> AnySlab:

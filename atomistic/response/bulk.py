@@ -126,8 +126,7 @@ class _Strained(Cell):
         self.periods = cell.periods * np.cbrt(volumes[i])
 
     def _at(self, strain: Real, periods: Real, moved: Real | float = 0.0) -> tuple[float, Real]:
-        """Energy, and its derivatives by strains in Voigt's order and by displacements; strains are zero below the
-        diagonal."""
+        """Energy, and its derivatives by strains in Voigt's order, which tilt the upper edges, and by displacements."""
         box = np.diag(periods * (1 + strain[:3]))  # rows are the edges
         box[1, 0], box[2, 0], box[2, 1] = strain[5] * periods[1], strain[4] * periods[2], strain[3] * periods[2]
         self.deform(

@@ -138,7 +138,7 @@ def rotated(tensor: Real, axes: Real) -> Real:
 
 
 def contact_modulus_of_face(tensor: Real, angle: Real) -> Real:
-    """E*(θ) = 2 K/q of the half-space below the plane of axes 1 and 2 of any crystal, at angles from axis 1, shape (n,).
+    """E*(θ) = 2 K/q of the half-space below the plane of axes 1 and 2 of any crystal, at angles from axis 1.
 
     E*(θ) = 2/(L⁻¹)_33 with the integral of Barnett and Lothe, L = (1/π) ∫ [(mm) - (mn) (nn)⁻¹ (nm)] dφ, over
     directions m and n that turn in the plane of wave and normal (Ting, Anisotropic Elasticity, 1996, 7.4).
@@ -147,6 +147,7 @@ def contact_modulus_of_face(tensor: Real, angle: Real) -> Real:
     Parameters
     ----------
     tensor : C_ijkl along the axes of the face, shape (3, 3, 3, 3); the result has its unit.
+    angle : of the wavevector, in radians, shape (n,).
     """
     theta, phi = np.asarray(angle)[:, None, None], np.arange(400)[:, None] * np.pi / 400
     along, up = np.concatenate([np.cos(theta), np.sin(theta), 0 * theta], axis=-1), np.array([0.0, 0.0, 1.0])

@@ -15,6 +15,7 @@ import pytest
 from ase.neighborlist import neighbor_list
 
 import atomistic as a
+import continuum as c
 from atomistic.cli import main
 from atomistic.config.crystal import CrystalTable
 from atomistic.config.deck import DeckConfig
@@ -27,7 +28,7 @@ from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.directory import read_slab
 from atomistic.lammps.engine import run_command, run_in_process, script
 from atomistic.lammps.result import DeckError
-from atomistic.lammps.shape import HeightSpline
+from atomistic.lammps.shape import HeightSpline, shape_of
 from atomistic.response.bulk import model_below
 from atomistic.response.material import measure_crystal
 from continuum.arguments import ArgumentError
@@ -107,9 +108,9 @@ def test_silicon_has_published_constants_as_its_two_lattices_shift() -> None:
     found = model_below(of_pair_style("sw"), CrystalTable(lattice="diamond", face="100"))
     assert isinstance(found, FaceModel)
     assert found.length * 4 / 3**0.5 == pytest.approx(5.431, abs=1e-3)  # in Å, of the same table
-    c = found.tensor * found.contact_modulus * GPA
+    gpa = found.tensor * found.contact_modulus * GPA
     # To the digits printed there; without the shift C44 is 117 GPa.
-    assert [c[0, 0, 0, 0], c[0, 0, 1, 1], c[0, 1, 0, 1]] == pytest.approx([151.4, 76.4, 56.4], abs=0.06)
+    assert [gpa[0, 0, 0, 0], gpa[0, 0, 1, 1], gpa[0, 1, 0, 1]] == pytest.approx([151.4, 76.4, 56.4], abs=0.06)
 
 
 @pytest.mark.parametrize(("lattice", "face"), [("bcc", "110"), ("diamond", "111")])
@@ -138,6 +139,29 @@ def test_fcc_100_is_a_case_of_any_slab(tmp_path: Path, follows: bool) -> None:
     assert second.forces == pytest.approx(first.forces.reshape(-1, 3), abs=1e-9)
     for name in ("force", "lateral_x", "wall_energy", "total_energy", "area_rep", "largest_force"):
         assert getattr(second, name) == pytest.approx(getattr(first, name), abs=1e-9)
+
+
+@pytest.mark.parametrize("points", [(6, 7), (8, 5)])
+def test_a_map_between_the_atoms_is_a_spline_over_its_own_period(points: tuple[int, int]) -> None:
+    period = (8.0, 60.0**0.5)
+    grid = c.Grid(points, period)
+    heights = np.random.default_rng(7).standard_normal(points)
+    spline = shape_of(heights, period)
+    assert isinstance(spline, HeightSpline)
+    x, y = np.broadcast_arrays(*grid.positions)
+    assert spline.evaluate(x, y).height == pytest.approx(heights, abs=1e-12)
+    ahead = spline.evaluate(x + 0.3 + period[0], y + 0.2 - period[1])
+    step = 1e-5
+    for slope, (dx, dy) in ((ahead.slope_x, (step, 0)), (ahead.slope_y, (0, step))):
+        up, down = (spline.evaluate(x + 0.3 + s * dx, y + 0.2 + s * dy).height for s in (1, -1))
+        assert (up - down) / (2 * step) == pytest.approx(slope, abs=1e-8)
+    # LAMMPS' cells: powers of the distance from their corners.
+    powers = np.array([[0.3**m * 0.2**n for n in range(4)] for m in range(4)])
+    assert np.einsum("mnij,mn->ij", spline.cells, powers) == pytest.approx(ahead.height, abs=1e-12)
+    waves = shape_of(0.1 * np.cos(2 * np.pi * (x / period[0] + y / period[1])) + 0.0 * x, period)
+    assert waves.evaluate(x + 0.3, y).height == pytest.approx(
+        0.1 * np.cos(2 * np.pi * ((x + 0.3) / period[0] + y / period[1])), abs=1e-12
+    )
 
 
 def test_a_sphere_on_a_111_face_is_that_of_hertz_with_the_modulus_of_the_face(tmp_path: Path) -> None:

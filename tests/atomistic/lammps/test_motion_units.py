@@ -111,8 +111,8 @@ def test_a_wall_slides_along_its_direction_and_not_across(along: Any, ways: tupl
         text = formulas[f"offset_{name}"]
         for word, value in slid.items():
             text = text.replace(word, value)
-        assert eval(text) == pytest.approx(3 * way, abs=1e-14)  # noqa: S307
-    force = eval(found["work_along"].replace("v_mean_lateral_x", "2.0").replace("v_mean_lateral_y", "5.0"))  # noqa: S307
+        assert eval(text) == pytest.approx(3 * way, abs=1e-14)
+    force = eval(found["work_along"].replace("v_mean_lateral_x", "2.0").replace("v_mean_lateral_y", "5.0"))
     assert force == pytest.approx(2 * ways[0] + 5 * ways[1], abs=1e-14)
 
 

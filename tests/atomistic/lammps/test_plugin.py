@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import sys
 from dataclasses import replace
@@ -16,7 +17,7 @@ import continuum as c
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck, write_deck
-from atomistic.lammps.engine import run_command, run_in_process
+from atomistic.lammps.engine import open_library, run_command, run_in_process
 from atomistic.lammps.plugin import PluginError, pieces_of_law, plugin_library
 from atomistic.lammps.shape import HeightSpline, Waves, map_error, map_of, shape_notes
 from continuum.model.walls import Wall
@@ -157,6 +158,18 @@ def test_what_the_plugin_cannot_do_is_an_error_of_lammps(tmp_path, before, after
     assert before in script.read_text()
     script.write_text(script.read_text().replace(before, after))
     with pytest.raises(a.LammpsError, match=words):
+        run_in_process(deck)
+
+
+@compiler
+def test_a_plugin_that_was_built_for_another_lammps_is_refused_when_it_is_loaded(tmp_path, monkeypatch, library):
+    with contextlib.closing(open_library()) as here:
+        version = int(here.version()).to_bytes(4, "little")
+    assert library.count(version)
+    other = library.replace(version, (20240101).to_bytes(4, "little"))
+    monkeypatch.setattr("atomistic.lammps.plugin.plugin_library", lambda: other)
+    deck = write_deck(tmp_path, replace(spread(WALLS["lennard-jones-spline"]), wall_force="plugin"))
+    with pytest.raises(a.LammpsError, match="was built for LAMMPS 20240101, and this is 2"):
         run_in_process(deck)
 
 
