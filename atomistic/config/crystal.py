@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from atomistic.crystal.faces import cell_of, size_of_atoms
+from atomistic.crystal.faces import cell_of, read_atoms, size_of_atoms
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import Potential
 from atomistic.crystal.pair_style import PairStyle
@@ -214,9 +214,7 @@ class CrystalTable(Table):
     @cached_property
     def given(self) -> Any:
         """The atoms of the file; None without."""
-        import ase.io
-
-        return None if self.atoms is None else ase.io.read(self.atoms)
+        return None if self.atoms is None else read_atoms(self.atoms)
 
     @constraint
     def faults(self) -> Iterator[Fault]:

@@ -122,7 +122,7 @@ class AtomSlab(AnySlab):
     positions : sites, or positions at rest, shape (size, 3), in a0; the surface is at z = 0.
     types : which element each atom is, from 0, shape (size,).
     surface, moving : number of atoms on which the wall acts, and that move.
-    lost : distance at which atoms are no longer neighbours; between the two most distant shells if None.
+    lost : distance at which atoms are no longer neighbours; between the two most distant shells if zero.
     """
 
     name: str
@@ -138,15 +138,11 @@ class AtomSlab(AnySlab):
         nx, ny = (max(2, round(length)) for length in self.lengths)  # points about a0 apart
         z = self.positions[:, 2]
         vars(self).update(
-            axes=("atom",),
-            ids=np.arange(1, count + 1),
-            shape=(surface,),
-            grid=Grid((nx, ny), self.lengths),
+            axes=("atom",), ids=np.arange(1, count + 1), shape=(surface,), grid=Grid((nx, ny), self.lengths),
+            depth=float(np.median(z[:surface]) - z[self.moving :].max(initial=z.min())), bottom=float(z.min()),
             mobile=round(self.moving / surface),
-            depth=float(np.median(z[:surface]) - z[self.moving :].max(initial=z.min())),
-            bottom=float(z.min()),
             about=f"{count} atoms, {surface} of them at the surface, {self.name}, {x:.5g} x {y:.5g} a0",
-        )
+        )  # fmt: skip
         if not self.lost:
             # The widest gap between distances up to the third shell of fcc.
             shells = np.sort(np.linalg.norm(self._apart(*self._pairs(1.75)), axis=-1))
@@ -229,19 +225,10 @@ class Slab(AnySlab):
             raise ArgumentError("shape", shape, f"a slab of at most {_MOST_ATOMS} atoms; this one has {layers}")
         deep, lengths = mobile + frozen, (float(shape[0]), float(shape[1]))
         vars(self).update(
-            shape=shape,
-            mobile=mobile,
-            frozen=frozen,
-            name="fcc(100)",
-            axes=("x", "y"),
-            grid=Grid((shape[0], shape[1]), lengths),
-            moving=mobile,
-            lost=LOST,
-            depth=mobile * LAYER_SPACING,
-            bottom=-deep * LAYER_SPACING,
-            types=np.broadcast_to(np.int64(0), shape[0] * shape[1] * deep),
-            about=f"{shape[0]} x {shape[1]} atoms",
-        )
+            shape=shape, mobile=mobile, frozen=frozen, moving=mobile, grid=Grid((shape[0], shape[1]), lengths),
+            name="fcc(100)", axes=("x", "y"), lost=LOST, depth=mobile * LAYER_SPACING, bottom=-deep * LAYER_SPACING,
+            types=np.broadcast_to(np.int64(0), shape[0] * shape[1] * deep), about=f"{shape[0]} x {shape[1]} atoms",
+        )  # fmt: skip
 
     @classmethod
     def of_depth(cls, grid: Grid, depth: float, frozen: int = 1) -> Slab:

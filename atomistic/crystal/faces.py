@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,6 +104,14 @@ def cell_of(structure: str, face: str) -> CrystalCell:
         symbol = "H" if elements == 1 else ("H", "He")
         atoms = build(directions=axes.tolist(), symbol=symbol, latticeconstant=1.0, size=(1, 1, 1), pbc=True)
     return _scaled(f"{structure}({face})", atoms, atoms.numbers - 1, axes)
+
+
+def read_atoms(path: Path) -> ase.Atoms:
+    """Atoms of a file, the last of several frames; raises what the reader of ASE raises."""
+    import ase.io
+
+    read: Any = ase.io.read  # not annotated
+    return cast("ase.Atoms", read(path))
 
 
 def size_of_atoms(atoms: ase.Atoms) -> tuple[float, tuple[float, float]]:

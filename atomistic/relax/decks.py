@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import singledispatch
 from math import ceil
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -323,9 +323,9 @@ def _warm(
         f"measured where a pressure of {warm.pressure:.1e} E* was left.  Cell, frozen base and a0 are those of this "
         "temperature; E* is that at rest.",
     )
-    if not isinstance(slab, Slab):
+    if not slab.one_to_one:
         return found, None, (*lines, "Separations count from the surface as it relaxes at rest.")
-    return found, warm.rise_of(slab), (
+    return found, warm.rise_of(cast(Slab, slab)), (
         *lines,
         f"Surface at this temperature: {warm.rise[0]:+.4f}({warm.rise_error:.4f}) a0 above its lattice sites, from "
         "where separations count.",

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import singledispatch
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import numpy as np
 
@@ -164,6 +164,4 @@ def specimen_of(config: ValidateConfig) -> Specimen:
     crystal of the potential is not a stable fcc one; LammpsError if LAMMPS fails.
     """
     model = model_of(config.interatomic.potential())
-    slab = slab_of(config, model)
-    assert isinstance(slab, Slab)
-    return Specimen.of_slab(slab, model)
+    return Specimen.of_slab(cast(Slab, slab_of(config, model)), model)

@@ -7,6 +7,7 @@ are C = C0 - B K⁻¹ Bᵀ/V (Born and Huang, Dynamical Theory of Crystal Lattic
 
 import json
 from dataclasses import replace
+from functools import singledispatch
 
 import numpy as np
 
@@ -48,7 +49,7 @@ def model_below(potential: Potential, crystal: CrystalTable) -> AnyModel:
         raise ArgumentError("lattice", crystal.lattice, f"{allowed}; it has {' '.join(potential.elements)}")
     key = json.dumps([dict(potential.identity), cell.name])
     if key not in _MEASURED:
-        _MEASURED[key] = _of_springs(cell) if isinstance(potential, Springs) else _measured(potential, cell)
+        _MEASURED[key] = _below(potential, cell)
     return _MEASURED[key]
 
 
@@ -70,7 +71,7 @@ def _mass(potential: Potential, types: object) -> float:
     return float(np.mean(np.asarray(potential.masses)[np.asarray(types)]))
 
 
-def _of_springs(cell: CrystalCell) -> FaceModel:
+def _of_springs(springs: Springs, cell: CrystalCell) -> FaceModel:
     """Springs with the stiffness at which the face has the contact modulus 1."""
     if not cell.name.startswith("fcc"):
         raise ArgumentError("lattice", cell.name, '"fcc" of springs, which do not hold other crystals together')
@@ -119,9 +120,7 @@ class _Strained(Cell):
         energies = [self._at(np.zeros(6), cell.periods * np.cbrt(volume))[0] for volume in volumes]
         i = int(np.argmin(energies))
         if not np.isfinite(energies).all() or not 0 < i < len(energies) - 1:
-            msg = (
-                f"no crystal {cell.name} at zero pressure near a volume of {guess:.4g} per atom: {potential.reference}"
-            )
+            msg = f"no crystal {cell.name} at zero pressure near {guess:.4g} an atom in volume: {potential.reference}"
             raise PotentialError(msg)
         self.periods = cell.periods * np.cbrt(volumes[i])
 
@@ -129,9 +128,8 @@ class _Strained(Cell):
         """Energy, and its derivatives by strains in Voigt's order, which tilt the upper edges, and by displacements."""
         box = np.diag(periods * (1 + strain[:3]))  # rows are the edges
         box[1, 0], box[2, 0], box[2, 1] = strain[5] * periods[1], strain[4] * periods[2], strain[3] * periods[2]
-        self.deform(
-            np.diag(box), "".join(f" {n} final {t:.17g}" for n, t in zip(("xy", "xz", "yz"), box[_TILTS], strict=True))
-        )
+        tilts = zip(("xy", "xz", "yz"), box[_TILTS], strict=True)
+        self.deform(np.diag(box), "".join(f" {name} final {tilt:.17g}" for name, tilt in tilts))
         energy, forces = self.evaluate(self.fractions @ box + moved)
         return energy, np.concatenate([self.stress(6)[_VOIGT] * float(np.prod(np.diag(box))), -forces.ravel()])
 
@@ -160,9 +158,12 @@ class _Strained(Cell):
             self.periods = self.periods * (1 + move[:3])
 
 
-def slab_of_table(crystal: CrystalTable, model: AnyModel, width: tuple[float, float], depth: float) -> AtomSlab:
+_below = singledispatch(_measured)
+_below.register(Springs, _of_springs)
+
+
+def slab_of_table(crystal: CrystalTable, model: FaceModel, width: tuple[float, float], depth: float) -> AtomSlab:
     """The slab of a table [crystal], at rest, on a base that forces do not cross."""
-    assert isinstance(model, FaceModel)
     if crystal.given is not None:
         found = slab_of_atoms(crystal.given, model.elements, depth, crystal.skin)
         held = float(np.ptp(found.positions[found.moving :, 2]))

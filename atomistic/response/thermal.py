@@ -8,6 +8,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -116,9 +117,9 @@ def measure_warm_crystal(
     """
     tell = progress or (lambda done, total: None)
     bulk = bulk or _measure_bulk(model, temperature, tell)
-    if not layers or isinstance(model, FaceModel):
+    if not layers:
         return bulk
-    rise, rise_error = _rise(model.stretched(bulk.stretch), temperature * bulk.stretch**-3, layers)
+    rise, rise_error = _rise(cast(CrystalModel, model.stretched(bulk.stretch)), temperature * bulk.stretch**-3, layers)
     tell(4, 4)
     return replace(bulk, rise=rise, rise_error=rise_error)
 

@@ -283,3 +283,8 @@ def test_styles_that_a_hybrid_one_combines_are_looked_up_too() -> None:
                     coefficients=(("*", "*", "sw", "Si.sw", "Si"),))  # fmt: skip
     with pytest.raises(PotentialError, match="no pair_style 'pace': it is in the package ML-PACE"):
         model_below(added, CrystalTable(lattice="diamond", face="100"))
+
+
+def test_the_elastic_command_names_what_it_measures() -> None:
+    with pytest.raises(ConfigError, match=r"fcc\(100\) here; E\* of another face stands in README.txt of its deck"):
+        a.elastic(INPUTS / "iron.toml")
