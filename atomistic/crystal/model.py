@@ -205,7 +205,7 @@ class CrystalModel(OfPotential, OfCube):
 
 
 @dataclass(frozen=True, eq=False)
-class FaceModel(OfPotential):
+class AnyCrystalModel(OfPotential):
     """A potential and its crystal below any face, or atoms that are given: what a deck of them needs of it.
 
     Parameters
@@ -253,7 +253,7 @@ class FaceModel(OfPotential):
         periods = self.cell.periods * np.array([x, y, z])
         return Supercell(1.0, sites, periods, types, float(np.prod(periods)))
 
-    def stretched(self, stretch: float) -> FaceModel:
+    def stretched(self, stretch: float) -> AnyCrystalModel:
         return replace(self, length=self.length * stretch)
 
     @property
@@ -285,7 +285,7 @@ class FaceModel(OfPotential):
 
 Model = Springs | CrystalModel
 """Models of fcc(100), one atom for one point of a grid, of which there is a lattice response."""
-AnyModel = Model | FaceModel
+AnyModel = Model | AnyCrystalModel
 Potential = Model | LennardJones | EmbeddedAtom | PairStyle
 
 

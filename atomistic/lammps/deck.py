@@ -22,7 +22,7 @@ import scipy
 
 import continuum
 from atomistic.crystal.crystal import AnySlab
-from atomistic.crystal.model import AnyModel, FaceModel, check_model
+from atomistic.crystal.model import AnyCrystalModel, AnyModel, check_model
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps import crystal_wall, plugin
 from atomistic.lammps import directory as disk
@@ -124,7 +124,7 @@ class Deck:
         self._set_arrays()
         self._check_numbers()
         if not slab.one_to_one:
-            instance("model", self.model, FaceModel, "a model of the atoms of the slab")
+            instance("model", self.model, AnyCrystalModel, "a model of the atoms of the slab")
             return
         model = check_model("model", self.model)
         if not np.isclose(model.lattice_constant, np.sqrt(2), rtol=1e-12):

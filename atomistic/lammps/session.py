@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.crystal.model import FaceModel, Potential
+from atomistic.crystal.model import AnyCrystalModel, Potential
 from atomistic.lammps.directory import read_slab
 from atomistic.lammps.engine import guard, open_library
 from atomistic.lammps.result import LammpsError
@@ -71,7 +71,7 @@ class Cell(LammpsHandle):
 
     def __init__(
         self,
-        potential: Potential | FaceModel,
+        potential: Potential | AnyCrystalModel,
         positions: Real,
         periods: Real,
         surface: bool = False,

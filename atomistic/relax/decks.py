@@ -25,7 +25,7 @@ from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separatio
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
 from atomistic.relax.limits import require_apart, require_steps, require_strength
-from atomistic.relax.specimen import FaceSpecimen, Specimen, slab_of, slab_under, specimen_under
+from atomistic.relax.specimen import AnySpecimen, Specimen, slab_of, slab_under, specimen_under
 from atomistic.response.bulk import model_below
 from atomistic.response.cache import default_folder
 from atomistic.response.material import model_of
@@ -302,7 +302,7 @@ def deck_of(parts: DeckParts, progress: Progress | None = None) -> Deck:
 
 
 def _warm(
-    specimen: Specimen | FaceSpecimen, temperature: float, progress: Progress | None
+    specimen: Specimen | AnySpecimen, temperature: float, progress: Progress | None
 ) -> tuple[AnyModel, Real | None, tuple[str, ...]]:
     """The model with its lattice constant at a temperature, the rise of its layers, and lines that say so.
 

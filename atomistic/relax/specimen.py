@@ -9,7 +9,7 @@ import numpy as np
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import AnySlab, AtomSlab, Slab
-from atomistic.crystal.model import AnyModel, FaceModel, Model, check_model
+from atomistic.crystal.model import AnyCrystalModel, AnyModel, Model, check_model
 from atomistic.relax.relax import lattice_start
 from atomistic.response.bulk import at_rest, slab_of_table
 from atomistic.response.cache import default_folder, response_key, stored_response
@@ -102,10 +102,10 @@ def _require_memory(slab: AnySlab, depth: float) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class FaceSpecimen:
+class AnySpecimen:
     """A slab below any face, at rest, with the response of the half-space of its crystal and its own mean stiffness."""
 
-    model: FaceModel
+    model: AnyCrystalModel
     slab: AtomSlab
     response: TabulatedSubstrate
     rise: None = None
@@ -116,16 +116,16 @@ class FaceSpecimen:
 
 
 @singledispatch
-def specimen_under(model: AnyModel, slab: Any) -> Specimen | FaceSpecimen:
+def specimen_under(model: AnyModel, slab: Any) -> Specimen | AnySpecimen:
     """The substrate of a slab and its model; a surface is relaxed."""
     return Specimen.of_slab(slab, check_model("model", model))
 
 
 @specimen_under.register
-def _(model: FaceModel, slab: AtomSlab) -> FaceSpecimen:
+def _(model: AnyCrystalModel, slab: AtomSlab) -> AnySpecimen:
     slab, model = at_rest(slab, model)
     table = model.stiffness_q(slab.grid, slab.depth)
-    return FaceSpecimen(model, slab, TabulatedSubstrate(table, slab.grid.lengths, f"the half-space below {slab.name}"))
+    return AnySpecimen(model, slab, TabulatedSubstrate(table, slab.grid.lengths, f"the half-space below {slab.name}"))
 
 
 def slab_of(config: ValidateConfig | DeckConfig, model: AnyModel) -> AnySlab:
@@ -151,7 +151,7 @@ def _slab(model: AnyModel, config: ValidateConfig | DeckConfig) -> AnySlab:
 
 
 @_slab.register
-def _(model: FaceModel, config: DeckConfig) -> AnySlab:
+def _(model: AnyCrystalModel, config: DeckConfig) -> AnySlab:
     slab = slab_of_table(config.crystal, model, config.grid.lengths, config.slab.depth)
     _require_memory(slab, config.slab.depth)
     return slab

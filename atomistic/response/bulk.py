@@ -15,7 +15,7 @@ from atomistic.config.crystal import CrystalTable
 from atomistic.crystal.crystal import AtomSlab
 from atomistic.crystal.faces import CrystalCell, cell_of, size_of_atoms, slab_of_atoms
 from atomistic.crystal.interatomic import Springs
-from atomistic.crystal.model import AnyModel, FaceModel, Potential
+from atomistic.crystal.model import AnyCrystalModel, AnyModel, Potential
 from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.session import Cell
 from atomistic.response.material import STEP, model_of, require_style
@@ -30,7 +30,7 @@ _VOIGT = [0, 1, 2, 5, 4, 3]
 """Voigt's places of LAMMPS' xx, yy, zz, xy, xz, yz."""
 _TILTS = [1, 2, 2], [0, 0, 1]
 """Places of xy, xz and yz in a box whose rows are its edges."""
-_MEASURED: dict[str, FaceModel] = {}
+_MEASURED: dict[str, AnyCrystalModel] = {}
 
 
 def model_below(potential: Potential, crystal: CrystalTable) -> AnyModel:
@@ -53,7 +53,7 @@ def model_below(potential: Potential, crystal: CrystalTable) -> AnyModel:
     return _MEASURED[key]
 
 
-def _of_atoms(potential: Potential, crystal: CrystalTable) -> FaceModel:
+def _of_atoms(potential: Potential, crystal: CrystalTable) -> AnyCrystalModel:
     """Atoms of a file, of a given E*."""
     a0, (x, y) = size_of_atoms(crystal.given)
     types = slab_of_atoms(crystal.given, potential.elements, np.inf, crystal.skin).types
@@ -64,19 +64,19 @@ def _of_atoms(potential: Potential, crystal: CrystalTable) -> FaceModel:
     tensor = CubicConstants(1.125, 0.375, 0.375).stiffness_tensor()
     density = len(types) / (x * y * (float(np.ptp(crystal.given.positions[:, 2])) / a0 + 0.8))
     assert modulus is not None
-    return FaceModel(potential, a0, modulus, tensor, density, _mass(potential, types), None)
+    return AnyCrystalModel(potential, a0, modulus, tensor, density, _mass(potential, types), None)
 
 
 def _mass(potential: Potential, types: object) -> float:
     return float(np.mean(np.asarray(potential.masses)[np.asarray(types)]))
 
 
-def _of_springs(springs: Springs, cell: CrystalCell) -> FaceModel:
+def _of_springs(springs: Springs, cell: CrystalCell) -> AnyCrystalModel:
     """Springs with the stiffness at which the face has the contact modulus 1."""
     if not cell.name.startswith("fcc"):
         raise ArgumentError("lattice", cell.name, '"fcc" of springs, which do not hold other crystals together')
     tensor = rotated(Springs(1.0).elastic_constants.stiffness_tensor(), cell.axes)
-    found = FaceModel(Springs(), 1.0, 1.0, tensor, 2**0.5, 1.0, cell)
+    found = AnyCrystalModel(Springs(), 1.0, 1.0, tensor, 2**0.5, 1.0, cell)
     modulus = _modulus(found.tensor)
     return replace(found, potential=Springs(1 / modulus), tensor=tensor / modulus, stiffest=8 / modulus)
 
@@ -86,7 +86,7 @@ def _modulus(tensor: Real) -> float:
     return float(1 / np.mean(1 / contact_modulus_of_face(tensor, np.arange(64) * np.pi / 64)))
 
 
-def _measured(potential: Potential, cell: CrystalCell) -> FaceModel:
+def _measured(potential: Potential, cell: CrystalCell) -> AnyCrystalModel:
     require_style(potential)
     with _Strained(potential, cell) as strained:
         strained.settle()
@@ -102,7 +102,7 @@ def _measured(potential: Potential, cell: CrystalCell) -> FaceModel:
     tensor = tensor_of(c)
     modulus = _modulus(tensor)
     density = len(cell.types) * length**3 / volume
-    return FaceModel(
+    return AnyCrystalModel(
         potential, length, modulus, tensor / modulus, density, _mass(potential, cell.types),
         at_rest._replace(periods=periods / length),
     )  # fmt: skip
@@ -162,7 +162,7 @@ _below = singledispatch(_measured)
 _below.register(Springs, _of_springs)
 
 
-def slab_of_table(crystal: CrystalTable, model: FaceModel, width: tuple[float, float], depth: float) -> AtomSlab:
+def slab_of_table(crystal: CrystalTable, model: AnyCrystalModel, width: tuple[float, float], depth: float) -> AtomSlab:
     """The slab of a table [crystal], at rest, on a base that forces do not cross."""
     if crystal.given is not None:
         found = slab_of_atoms(crystal.given, model.elements, depth, crystal.skin)
@@ -175,7 +175,7 @@ def slab_of_table(crystal: CrystalTable, model: FaceModel, width: tuple[float, f
     return model.cell.slab(width, depth, model.reach, crystal.skin)
 
 
-def at_rest(slab: AtomSlab, model: FaceModel) -> tuple[AtomSlab, FaceModel]:
+def at_rest(slab: AtomSlab, model: AnyCrystalModel) -> tuple[AtomSlab, AnyCrystalModel]:
     """A slab as its surface relaxes from sites that are no longer symmetric, and its model with its stiffest vibration.
 
     Raises LammpsError if LAMMPS fails.

@@ -13,7 +13,7 @@ from typing import cast
 import numpy as np
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.model import CrystalModel, FaceModel, Model
+from atomistic.crystal.model import AnyCrystalModel, CrystalModel, Model
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.protocol import BOLTZMANN, time_unit, vibration_timestep
 from atomistic.lammps.session import Cell
@@ -62,7 +62,11 @@ class WarmCrystal:
 
 
 def warm_crystal(
-    model: CrystalModel | FaceModel, temperature: float, mobile: int, folder: Path, progress: Progress | None = None
+    model: CrystalModel | AnyCrystalModel,
+    temperature: float,
+    mobile: int,
+    folder: Path,
+    progress: Progress | None = None,
 ) -> WarmCrystal:
     """A crystal at a temperature: read from a folder if it is there, else measured and stored.
 
@@ -102,7 +106,7 @@ def warm_crystal(
 
 
 def measure_warm_crystal(
-    model: CrystalModel | FaceModel,
+    model: CrystalModel | AnyCrystalModel,
     temperature: float,
     layers: int = _LAYERS,
     progress: Progress | None = None,
@@ -124,7 +128,7 @@ def measure_warm_crystal(
     return replace(bulk, rise=rise, rise_error=rise_error)
 
 
-def _measure_bulk(model: CrystalModel | FaceModel, temperature: float, tell: Progress) -> WarmCrystal:
+def _measure_bulk(model: CrystalModel | AnyCrystalModel, temperature: float, tell: Progress) -> WarmCrystal:
     """The lattice constant at a temperature, without the layers of a slab."""
     stretch, stiffness = 1.0, model.dilation  # -dp/d ln(a), at rest
     pressure, error = _pressure(model, temperature, stretch, _BLOCKS // 2)
@@ -141,7 +145,9 @@ def _measure_bulk(model: CrystalModel | FaceModel, temperature: float, tell: Pro
     return WarmCrystal(temperature, stretch, error / stiffness, pressure, (), 0.0)
 
 
-def _pressure(model: CrystalModel | FaceModel, temperature: float, stretch: float, blocks: int) -> tuple[float, float]:
+def _pressure(
+    model: CrystalModel | AnyCrystalModel, temperature: float, stretch: float, blocks: int
+) -> tuple[float, float]:
     """Mean pressure of a periodic crystal, in E*, and its standard error."""
     block = model.supercell
     edge = block.edge * model.length * stretch
@@ -182,7 +188,7 @@ def _rise(model: CrystalModel, temperature: float, layers: int) -> tuple[tuple[f
     return tuple(float(value) for value in rise.mean(axis=0)), float(error)
 
 
-def _warm_up(cell: Cell, model: Model | FaceModel, temperature: float, group: str) -> None:
+def _warm_up(cell: Cell, model: Model | AnyCrystalModel, temperature: float, group: str) -> None:
     """Atoms of a group under Newton's law and a thermostat, settled."""
     kelvin = temperature * model.energy / BOLTZMANN[model.units]
     timestep = vibration_timestep(model) * time_unit(model)

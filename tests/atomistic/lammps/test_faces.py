@@ -22,7 +22,7 @@ from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import AtomSlab, Slab, distortion, slipped
 from atomistic.crystal.faces import STRUCTURES, cell_of
-from atomistic.crystal.model import FaceModel
+from atomistic.crystal.model import AnyCrystalModel
 from atomistic.crystal.potentials import PotentialError, find_potential
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.directory import read_slab
@@ -95,7 +95,7 @@ def test_a_face_has_the_elastic_constants_of_the_crystal() -> None:
     copper = a.EmbeddedAtom.read(find_potential("Cu_mishin1.eam.alloy"))
     cube = measure_crystal(copper)
     below = model_below(copper, CrystalTable(face="111"))
-    assert isinstance(below, FaceModel)
+    assert isinstance(below, AnyCrystalModel)
     assert below.cell is not None
     assert below.length * 2**0.5 == pytest.approx(cube.lattice_constant, rel=1e-9)
     expected = rotated(cube.constants.stiffness_tensor(), below.cell.axes)
@@ -106,7 +106,7 @@ def test_a_face_has_the_elastic_constants_of_the_crystal() -> None:
 def test_silicon_has_published_constants_as_its_two_lattices_shift() -> None:
     """C11, C12, C44 of Stillinger and Weber: 151.4, 76.4, 56.4 GPa (Balamane et al., Phys. Rev. B 46, 2250 (1992))."""
     found = model_below(of_pair_style("sw"), CrystalTable(lattice="diamond", face="100"))
-    assert isinstance(found, FaceModel)
+    assert isinstance(found, AnyCrystalModel)
     assert found.length * 4 / 3**0.5 == pytest.approx(5.431, abs=1e-3)  # in Å, of the same table
     gpa = found.tensor * found.contact_modulus * GPA
     # To the digits printed there; without the shift C44 is 117 GPa.
@@ -131,7 +131,7 @@ def test_fcc_100_is_a_case_of_any_slab(tmp_path: Path, follows: bool) -> None:
     slab = AtomSlab.of_sites("fcc(100)", sites, np.zeros(len(sites), int), (6.0, 6.0), grid_slab.depth, 0.25)
     assert (slab.positions == sites).all()
     tensor = rotated(springs.elastic_constants.stiffness_tensor(), np.array([[1, -1, 0], [1, 1, 0], [0, 0, 1]]))
-    model = FaceModel(springs, 1.0, 1.0, tensor, 2**0.5, 1.0, None)
+    model = AnyCrystalModel(springs, 1.0, 1.0, tensor, 2**0.5, 1.0, None)
     other = Deck(slab, model, wall, spline.heights.ravel(), 1.0, shape=shape, wall_map=spline.heights)
     first, second = (run_in_process(write_deck(tmp_path / str(i), deck)) for i, deck in enumerate((one, other)))
     assert read_slab(tmp_path / "1/slab.data").positions == pytest.approx(sites, abs=1e-15)
