@@ -54,8 +54,8 @@ from atomistic.crystal.potentials import EmbeddedAtom
 from continuum.arguments import ArgumentError
 from continuum.model.cubic import (
     CubicConstants,
+    anisotropic_contact_modulus,
     contact_modulus,
-    contact_modulus_of_face,
     directional_contact_modulus,
 )
 from continuum.model.fourier import Real
@@ -268,7 +268,7 @@ class AnyCrystalModel(OfPotential):
 
     def moduli(self, count: int = 64) -> Real:
         """E*(θ) over so many wavevectors, from the x axis of the face through half a turn, in E*."""
-        return contact_modulus_of_face(self.tensor, np.arange(count) * np.pi / count)
+        return anisotropic_contact_modulus(self.tensor, np.arange(count) * np.pi / count)
 
     def stiffness_q(self, grid: Grid, depth: float) -> Real:
         """K_q of the half-space of the crystal, at q = 0 that of a slab of the depth; shape ``grid.shape_q``, in E*/a0.

@@ -20,7 +20,7 @@ from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.session import Cell
 from atomistic.response.material import STEP, model_of, require_style
 from continuum.arguments import ArgumentError
-from continuum.model.cubic import CubicConstants, contact_modulus_of_face, rotated, tensor_of
+from continuum.model.cubic import CubicConstants, anisotropic_contact_modulus, rotated, tensor_of
 from continuum.model.fourier import Real
 from continuum.units import Units, parse
 
@@ -83,7 +83,7 @@ def _of_springs(springs: Springs, cell: CrystalCell) -> AnyCrystalModel:
 
 def _modulus(tensor: Real) -> float:
     """Mean contact modulus of a face, 1/<1/E*>."""
-    return float(1 / np.mean(1 / contact_modulus_of_face(tensor, np.arange(64) * np.pi / 64)))
+    return float(1 / np.mean(1 / anisotropic_contact_modulus(tensor, np.arange(64) * np.pi / 64)))
 
 
 def _measured(potential: Potential, cell: CrystalCell) -> AnyCrystalModel:

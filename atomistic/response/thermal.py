@@ -13,7 +13,7 @@ from typing import cast
 import numpy as np
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.model import AnyCrystalModel, CrystalModel, Model
+from atomistic.crystal.model import AnyCrystalModel, AnyModel, CrystalModel
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.protocol import BOLTZMANN, time_unit, vibration_timestep
 from atomistic.lammps.session import Cell
@@ -22,6 +22,7 @@ from continuum.errors import OutputError
 from continuum.files import output
 from continuum.model.fourier import Real
 
+_Crystal = CrystalModel | AnyCrystalModel
 VERSION = 1
 """Increased whenever the measurement changes."""
 _BLOCKS, _BULK_STEPS, _SURFACE_STEPS = 10, 1500, 2000
@@ -62,7 +63,7 @@ class WarmCrystal:
 
 
 def warm_crystal(
-    model: CrystalModel | AnyCrystalModel,
+    model: _Crystal,
     temperature: float,
     mobile: int,
     folder: Path,
@@ -106,7 +107,7 @@ def warm_crystal(
 
 
 def measure_warm_crystal(
-    model: CrystalModel | AnyCrystalModel,
+    model: _Crystal,
     temperature: float,
     layers: int = _LAYERS,
     progress: Progress | None = None,
@@ -128,7 +129,7 @@ def measure_warm_crystal(
     return replace(bulk, rise=rise, rise_error=rise_error)
 
 
-def _measure_bulk(model: CrystalModel | AnyCrystalModel, temperature: float, tell: Progress) -> WarmCrystal:
+def _measure_bulk(model: _Crystal, temperature: float, tell: Progress) -> WarmCrystal:
     """The lattice constant at a temperature, without the layers of a slab."""
     stretch, stiffness = 1.0, model.dilation  # -dp/d ln(a), at rest
     pressure, error = _pressure(model, temperature, stretch, _BLOCKS // 2)
@@ -145,9 +146,7 @@ def _measure_bulk(model: CrystalModel | AnyCrystalModel, temperature: float, tel
     return WarmCrystal(temperature, stretch, error / stiffness, pressure, (), 0.0)
 
 
-def _pressure(
-    model: CrystalModel | AnyCrystalModel, temperature: float, stretch: float, blocks: int
-) -> tuple[float, float]:
+def _pressure(model: _Crystal, temperature: float, stretch: float, blocks: int) -> tuple[float, float]:
     """Mean pressure of a periodic crystal, in E*, and its standard error."""
     block = model.supercell
     edge = block.edge * model.length * stretch
@@ -188,7 +187,7 @@ def _rise(model: CrystalModel, temperature: float, layers: int) -> tuple[tuple[f
     return tuple(float(value) for value in rise.mean(axis=0)), float(error)
 
 
-def _warm_up(cell: Cell, model: Model | AnyCrystalModel, temperature: float, group: str) -> None:
+def _warm_up(cell: Cell, model: AnyModel, temperature: float, group: str) -> None:
     """Atoms of a group under Newton's law and a thermostat, settled."""
     kelvin = temperature * model.energy / BOLTZMANN[model.units]
     timestep = vibration_timestep(model) * time_unit(model)

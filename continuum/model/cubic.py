@@ -137,7 +137,7 @@ def rotated(tensor: Real, axes: Real) -> Real:
     return np.asarray(np.einsum("ai,bj,ck,dl,ijkl->abcd", r, r, r, r, tensor))
 
 
-def contact_modulus_of_face(tensor: Real, angle: Real) -> Real:
+def anisotropic_contact_modulus(tensor: Real, angle: Real) -> Real:
     """E*(θ) = 2 K/q of the half-space below the plane of axes 1 and 2 of any crystal, at angles from axis 1.
 
     E*(θ) = 2/(L⁻¹)_33 with the integral of Barnett and Lothe, L = (1/π) ∫ [(mm) - (mn) (nn)⁻¹ (nm)] dφ, over
