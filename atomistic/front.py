@@ -24,9 +24,11 @@ from atomistic.response.lattice import Discreteness, LatticeResponse, discretene
 from atomistic.response.material import model_of
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, function, instance, number, several
 from continuum.files.inputs import load
+from continuum.files.tables import refuse
 from continuum.files.toml import Source, find
 from continuum.front.contact import Contact
 from continuum.sheet import Sheet, Shown, pairs
+from continuum.tables import Fault
 
 LATTICES = 48, 256
 """Fewest and most surface atoms a side of a lattice Green's function: fewer have too few long waves to compare with
@@ -84,7 +86,12 @@ def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elas
     if lattice is not None:
         count("lattice", lattice, *LATTICES)
     if isinstance(file, str | os.PathLike):
-        potential = load(file_name("file", file), ElasticConfig).interatomic.potential()
+        config = load(file_name("file", file), ElasticConfig)
+        if not config.crystal.own:
+            raise refuse(
+                config, Fault(("crystal",), "fcc(100) here; E* of another face stands in README.txt of its deck")
+            )
+        potential = config.interatomic.potential()
     else:
         potential = check_potential("file", file)
     model = model_of(potential)

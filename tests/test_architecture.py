@@ -144,7 +144,7 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         ("ducc0", {"continuum.model.fourier"}),
         ("numba", {"continuum.model.laws", "continuum.solve.compiled.compiling"}),
         ("threading", {"continuum.solve.compiled.passes", "continuum.sweeps.workers"}),
-        ("ase", {"atomistic.crystal.crystal", "atomistic.atoms"}),
+        ("ase", {"atomistic.crystal.crystal", "atomistic.crystal.faces", "atomistic.atoms"}),
         (
             "subprocess",
             {

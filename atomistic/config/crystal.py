@@ -1,12 +1,14 @@
 """Tables common to inputs: [interatomic], what holds the atoms together, [slab], and tolerances."""
 
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
+from atomistic.crystal.faces import cell_of, read_atoms, size_of_atoms
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import Potential
 from atomistic.crystal.pair_style import PairStyle
@@ -14,7 +16,17 @@ from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_pote
 from continuum.arguments import ArgumentError
 from continuum.files.tables import Document
 from continuum.runs.config import ToleranceTable
-from continuum.tables import Fault, Fraction, Positive, Table, TableFamily, constraint
+from continuum.tables import (
+    Fault,
+    Fraction,
+    InputFile,
+    Positive,
+    Table,
+    TableFamily,
+    both_directions,
+    constraint,
+)
+from continuum.units import parse
 
 SHALLOWEST, DEEPEST = 2.0, 512.0
 """Depth of a slab, in a0."""
@@ -95,6 +107,9 @@ def _with_named(files: tuple[Path, ...], info: ValidationInfo) -> tuple[Path, ..
     return files
 
 
+_Symbol = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]{0,7}$")]
+
+
 class EmbeddedAtomTable(Interatomic):
     """Embedded atoms, from a file of LAMMPS' pair_style eam, eam/alloy or eam/fs."""
 
@@ -102,8 +117,8 @@ class EmbeddedAtomTable(Interatomic):
     """interatomic model"""
     file: Annotated[Path, BeforeValidator(_potential_file)]
     """file, relative to the folder of this input, or the bare name of a potential that comes with LAMMPS"""
-    element: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]{0,7}$")] | None = None
-    """chemical symbol; may be left out if the file has only one"""
+    element: _Symbol | tuple[_Symbol, ...] | None = None
+    """chemical symbol, or several of an alloy in a list; may be left out if the file has only one"""
 
     @constraint
     def _holds_the_element(self) -> Iterator[Fault]:
@@ -130,14 +145,15 @@ class PairStyleTable(Interatomic):
     """interatomic model"""
     style: str
     """name of the pair_style"""
-    element: str
-    """chemical symbol"""
-    mass: Positive
-    """mass of an atom, in u"""
+    element: str | Annotated[tuple[str, ...], Field(min_length=1)]
+    """chemical symbol, or several of an alloy in a list"""
+    mass: Positive | Annotated[tuple[Positive, ...], Field(min_length=1)]
+    """mass of an atom, in u; in a list with several elements"""
     cutoff: Positive
     """cut-off of the formulas, in Å"""
     lattice_constant: Positive
-    """lattice constant of the fcc crystal to a tenth, in Å, from which the measurement starts"""
+    """lattice constant of the fcc crystal to a tenth, in Å, from which the measurement starts; of other crystals that
+    of an fcc crystal of the same density, to a third"""
     arguments: _Words = ()
     """arguments after the name of the style"""
     coefficients: Annotated[tuple[_Words, ...], Field(min_length=1)] = (("*", "*"),)
@@ -154,6 +170,9 @@ class PairStyleTable(Interatomic):
 
     @constraint
     def _has_a_meaning(self) -> Iterator[Fault]:
+        if len(_listed(self.mass)) != len(_listed(self.element)):
+            yield Fault(("mass",), "as many masses as elements")
+            return
         try:
             self.potential()
         except ArgumentError as error:
@@ -163,7 +182,69 @@ class PairStyleTable(Interatomic):
 
     def potential(self) -> Potential:
         keys = self.keywords()
-        return PairStyle(contents=PairStyle.read_files(keys.pop("files")), **keys)
+        species = zip(_listed(keys.pop("element")), _listed(keys.pop("mass")), strict=True)
+        (element, mass), *others = species
+        files = PairStyle.read_files(keys.pop("files"))
+        return PairStyle(contents=files, element=element, mass=mass, others=tuple(others), **keys)
+
+
+def _listed(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+class CrystalTable(Table):
+    """[crystal]: the atoms of a deck, if they are not fcc(100): a structure and a face, or a file."""
+
+    lattice: Literal["fcc", "bcc", "diamond", "hcp", "L1_2", "B2", "zincblende"] = "fcc"
+    """structure; of the last three, compounds of two elements, the first is that of the corners of the cube"""
+    face: Annotated[str, Field(pattern=r"^([0-9]{3}|0001)$")] = "100"
+    """Miller indices of the surface, as "111"; "0001" of hcp"""
+    atoms: InputFile | None = None
+    """instead of these, a slab from a file that ASE reads, in a rectangular period along x and y, in Å"""
+    modulus: Positive | str | None = None
+    """E* of the atoms of a file, as "130GPa", the unit of pressures; or in the unit of the potential"""
+    skin: Positive = 0.25
+    """depth below the highest atom to which atoms count as the surface, on which the wall acts, in a0"""
+
+    @property
+    def own(self) -> bool:
+        """Whether it is fcc(100), each surface atom of which is a point of a grid."""
+        return self.atoms is None and (self.lattice, self.face) == ("fcc", "100")
+
+    @cached_property
+    def given(self) -> Any:
+        """The atoms of the file; None without."""
+        return None if self.atoms is None else read_atoms(self.atoms)
+
+    @constraint
+    def faults(self) -> Iterator[Fault]:
+        """What is wrong with it."""
+        if (self.atoms is None) != (self.modulus is None):
+            yield Fault(("modulus",), "E* of the atoms of a file, and only of these; that of a crystal is measured")
+        try:
+            if isinstance(self.modulus, str):
+                parse(self.modulus, "pressure")
+        except ValueError as error:
+            yield Fault(("modulus",), str(error))
+        try:
+            if self.atoms is None:
+                cell_of(self.lattice, self.face)
+            else:
+                size_of_atoms(self.given)
+        except ArgumentError as error:
+            yield Fault((error.name,), error.allowed)
+        except Exception as error:  # whatever a reader of ASE raises
+            yield Fault(("atoms",), f"a file of atoms that ASE reads ({type(error).__name__}: {error})")
+
+    def width(self, n: tuple[int, int]) -> tuple[float, float]:
+        """Periods of a slab of about n a0, in whole cells of the crystal, in a0."""
+        if self.own:
+            return float(n[0]), float(n[1])
+        if self.given is not None:
+            return size_of_atoms(self.given)[1]
+        periods = cell_of(self.lattice, self.face).periods
+        x, y = (max(1, round(m / length)) * float(length) for m, length in zip(n, periods[:2], strict=True))
+        return x, y
 
 
 class SlabTable(Table):
@@ -181,6 +262,27 @@ class SlabTable(Table):
     @property
     def lengths(self) -> tuple[float, float]:
         return float(self.n), float(self.n)
+
+
+class DeckSlabTable(Table):
+    """The atoms of a deck."""
+
+    n: Annotated[
+        tuple[int, int],
+        both_directions(int, 8, 512, "a whole number from 8 to 512, or two in a list [nx, ny]", one_for_both=True),
+    ] = (0, 0)
+    """surface atoms along x and y, or one number for both; the period is n a0, of other crystals than fcc(100) the
+    nearest whole number of their cells; left out with atoms of a file, which have their own"""
+    depth: Annotated[float, Field(ge=SHALLOWEST, le=DEEPEST)]
+    """from the surface plane to the frozen base, in a0, rounded to whole layers"""
+
+    @property
+    def points(self) -> tuple[int, int]:
+        return self.n
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        return float(self.n[0]), float(self.n[1])
 
 
 class AtomsSolverTable(ToleranceTable):
@@ -207,3 +309,5 @@ class ElasticConfig(Document):
 
     interatomic: Interatomic
     """interatomic model"""
+    crystal: CrystalTable = CrystalTable()
+    """the crystal, if it is not fcc(100)"""

@@ -1,19 +1,21 @@
 """The input file of a deck, table by table.  Lengths are in a0, pressures in E*."""
 
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from atomistic.config.crystal import DeckSolverTable, Interatomic, SlabTable
+from atomistic.config.crystal import CrystalTable, DeckSlabTable, DeckSolverTable, Interatomic
 from atomistic.config.motion import ProtocolTable, Steps, beyond_strength
 from atomistic.lammps.crystal_wall import OWN, WallCrystal
 from continuum.files import kinds as kinds  # defines the tables that an input knows
 from continuum.files.inputs import parsed, source_of
 from continuum.files.tables import Document
 from continuum.files.toml import Source
+from continuum.model.grid import Grid
 from continuum.model.surface import Surface
 from continuum.model.walls import Wall
 from continuum.sticky.tables import Length
@@ -150,7 +152,9 @@ class DeckConfig(Document):
 
     interatomic: Interatomic
     """what holds the atoms together"""
-    slab: SlabTable
+    crystal: CrystalTable = CrystalTable()
+    """the crystal and its face, if it is not fcc(100)"""
+    slab: DeckSlabTable
     surface: DeckSurface
     """heights of the rigid wall above each surface atom"""
     wall: Wall
@@ -169,10 +173,29 @@ class DeckConfig(Document):
     """several steps, instead of separation"""
     solver: DeckSolverTable = DeckSolverTable()
 
+    @cached_property
+    def grid(self) -> Grid:
+        """The grid of the wall: the surface atoms of fcc(100), else points about a0 apart."""
+        lengths = self.crystal.width(self.slab.n)
+        return Grid((max(2, round(lengths[0])), max(2, round(lengths[1]))), lengths)
+
+    @constraint
+    def _has_a_width(self) -> Iterator[Fault]:
+        if (self.slab.n == (0, 0)) != (self.crystal.atoms is not None):
+            yield Fault(("slab", "n"), "a number of atoms; left out with atoms of a file, which have their own period")
+
+    @constraint
+    def _stands_on_a_grid(self) -> Iterator[Fault]:
+        if not self.crystal.own and (self.wall_force == "atoms" or self.surface.kind_name == "topography"):
+            key = ("wall_force",) if self.wall_force == "atoms" else ("surface", "kind")
+            yield Fault(key, "another one above this crystal: walls of atoms and measured maps stand above fcc(100)")
+
     @constraint
     def _fits_the_surface(self) -> Iterator[Fault]:
-        yield from self.surface.too_short(self.slab.points, self.slab.lengths)
-        yield from self.surface.too_long(self.slab.points, self.slab.lengths)
+        if (self.slab.n == (0, 0)) != (self.crystal.atoms is not None) or any(self.crystal.faults()):
+            return
+        yield from self.surface.too_short(self.grid.shape, self.grid.lengths)
+        yield from self.surface.too_long(self.grid.shape, self.grid.lengths)
 
     @constraint
     def _native(self) -> Iterator[Fault]:

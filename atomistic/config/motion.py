@@ -183,8 +183,8 @@ class SlidingTable(MotionTable):
     """sliding distance, in a0"""
     velocity: Positive
     """velocity of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
-    along: Literal["x", "y"] = "x"
-    """direction in which it slides"""
+    along: Literal["x", "y"] | float = "x"
+    """direction in which it slides: an axis, or the angle from x to y, in degrees"""
 
     @constraint
     def _lasts(self) -> Iterator[Fault]:

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from atomistic.config.crystal import AtomsSolverTable, Interatomic, SlabTable
+from atomistic.config.crystal import AtomsSolverTable, CrystalTable, Interatomic, SlabTable
 from continuum.files.tables import Document
 from continuum.model.surface import SelfAffineSpectrum
 from continuum.model.walls.spline import AdhesionLength
@@ -96,10 +96,21 @@ class ValidateConfig(Document):
 
     interatomic: Interatomic
     """what holds the atoms together"""
+    crystal: CrystalTable = CrystalTable()
+    """fcc(100), which alone is compared with the continuum rung by rung"""
     slab: SlabTable
     surface: SurfacesTable
     case: Annotated[tuple[CaseTable, ...], Field(min_length=1)]
     solver: AtomsSolverTable = AtomsSolverTable()
+
+    newer: ClassVar[frozenset[str]] = frozenset({"crystal"})
+
+    @constraint
+    def _is_of_one_crystal(self) -> Iterator[Fault]:
+        if not self.crystal.own:
+            yield Fault(
+                ("crystal",), "fcc(100), of which each atom is a point of the grid; `atomistic deck` takes others"
+            )
 
     @constraint
     def _fits(self) -> Iterator[Fault]:

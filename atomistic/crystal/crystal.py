@@ -1,9 +1,10 @@
-"""The substrate: an fcc slab with a (100) surface, whose surface atoms are the points of a grid; its neighbours."""
+"""Slabs of atoms under a wall: fcc(100), whose surface atoms are the points of a grid, and any other; neighbours."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from dataclasses import field as field_of
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -23,12 +24,177 @@ LAYER_SPACING = float(np.sqrt(0.5))
 """Distance of neighbouring (100) planes, in a0."""
 LOST = (1 + 2**0.5) / 2
 """Distance at which atoms are no longer neighbours, half way between the first and the second shell, in a0."""
+_ALIKE = 1e-6
+"""Heights that differ by less, in a0, are one plane."""
 _MOST_ATOMS = 2**31 - 1
 """LAMMPS numbers atoms with 32 bits."""
 
 
+class AnySlab:
+    """Atoms of a slab, periodic in the plane, on a frozen base: numbered from the surface down, in a0.
+
+    Arrays over its atoms have the shape of ``ids``, those over the surface atoms, on which the wall acts, ``shape``.
+    """
+
+    name: str
+    """Structure and face, "fcc(100)", or "given"."""
+    shape: tuple[int, ...]
+    axes: tuple[str, ...]
+    """Names of the axes of arrays over the surface atoms."""
+    ids: NDArray[np.int64]
+    """Number of each atom in LAMMPS, from 1."""
+    positions: Real
+    """Sites, shape (*ids.shape, 3), in a0."""
+    types: NDArray[np.int64]
+    """Which element each atom is, from 0, shape (size,)."""
+    grid: Grid
+    """The grid of the map of the wall and of the continuum beside it."""
+    mobile: int
+    """Number of layers of as many atoms as the surface has that move."""
+    moving: int
+    """Number of entries along the first axis of ``ids`` that move."""
+    lost: float
+    """Distance at which atoms are no longer neighbours, between two shells, in a0."""
+    depth: float
+    """From the surface to the first frozen atom, in a0."""
+    bottom: float
+    """Height below which there is no atom, in a0."""
+    about: str
+    """What it is, in words."""
+
+    @property
+    def one_to_one(self) -> bool:
+        """Whether each surface atom is a point of the grid."""
+        return self.shape == self.grid.shape
+
+    @property
+    def size(self) -> int:
+        """Number of all atoms, the frozen ones included."""
+        return self.types.size
+
+    @property
+    def surface_atoms(self) -> int:
+        """Number of atoms on which the wall acts, the first ones."""
+        return int(np.prod(self.shape))
+
+    @property
+    def mobile_atoms(self) -> int:
+        """Number of atoms that move, the surface among them."""
+        return self.ids[: self.moving].size
+
+    @property
+    def area(self) -> float:
+        """Area that a surface atom stands for, in a0²; 1 of one on a grid of spacing a0."""
+        return self.grid.lengths[0] * self.grid.lengths[1] / self.surface_atoms
+
+    @cached_property
+    def _near(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The surface atom above each atom, and above each point of the grid: the nearest in the plane, from 0."""
+        sites, period = self.positions.reshape(-1, 3)[:, :2], np.array(self.grid.lengths)
+        tree = scipy.spatial.KDTree(_within(sites[: self.surface_atoms], period), boxsize=period)
+        points = np.stack(np.broadcast_arrays(*self.grid.positions), axis=-1).reshape(-1, 2)
+        atoms, places = (np.asarray(tree.query(_within(at, period))[1]) for at in (sites, points))
+        return atoms, places
+
+    def below(self, chosen: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Number of chosen atoms below each surface atom, itself included, shape ``shape``."""
+        if self.one_to_one:
+            return np.asarray(np.count_nonzero(chosen, axis=0))
+        return np.bincount(self._near[0][chosen.ravel()], minlength=self.surface_atoms)
+
+    def on_grid(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values of the surface atoms at the points of the grid, those of the nearest atom."""
+        return values if self.one_to_one else values.ravel()[self._near[1]].reshape(self.grid.shape)
+
+    def neighbours(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], Real]]:
+        """Each pair of neighbours of which one moves, once: places of both atoms, and the second from the first."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class AtomSlab(AnySlab):
+    """Any atoms on a frozen base, in the order of their heights from the surface down.
+
+    Parameters
+    ----------
+    name : structure and face, "fcc(111)", or "given".
+    lengths : periods along x and y, in a0.
+    positions : sites, or positions at rest, shape (size, 3), in a0; the surface is at z = 0.
+    types : which element each atom is, from 0, shape (size,).
+    surface, moving : number of atoms on which the wall acts, and that move.
+    lost : distance at which atoms are no longer neighbours; between the two most distant shells if zero.
+    """
+
+    name: str
+    lengths: tuple[float, float]
+    positions: Real = field_of(repr=False)
+    types: NDArray[np.int64] = field_of(repr=False)
+    surface: int
+    moving: int
+    lost: float = 0.0
+
+    def __post_init__(self) -> None:
+        count, surface, (x, y) = len(self.positions), self.surface, self.lengths
+        nx, ny = (max(2, round(length)) for length in self.lengths)  # points about a0 apart
+        z = self.positions[:, 2]
+        vars(self).update(
+            axes=("atom",), ids=np.arange(1, count + 1), shape=(surface,), grid=Grid((nx, ny), self.lengths),
+            depth=float(np.median(z[:surface]) - z[self.moving :].max(initial=z.min())), bottom=float(z.min()),
+            mobile=round(self.moving / surface),
+            about=f"{count} atoms, {surface} of them at the surface, {self.name}, {x:.5g} x {y:.5g} a0",
+        )  # fmt: skip
+        if not self.lost:
+            # The widest gap between distances up to the third shell of fcc.
+            shells = np.sort(np.linalg.norm(self._apart(*self._pairs(1.75)), axis=-1))
+            vars(self)["lost"] = float(shells[(i := int(np.argmax(np.diff(shells)))) : i + 2].mean())
+
+    @classmethod
+    def of_sites(
+        cls, name: str, sites: Real, types: NDArray[np.int64], lengths: Any, depth: float, skin: float
+    ) -> AtomSlab:
+        """The slab of sites, of which those above a depth move and the wall acts on those in a skin below the highest.
+
+        Raises
+        ------
+        ArgumentError
+            If there are more atoms than LAMMPS can number.
+        """
+        if len(sites) > _MOST_ATOMS:
+            raise ArgumentError("n", len(sites), f"a slab of at most {_MOST_ATOMS} atoms")
+        down = sites[:, 2].max() - sites[:, 2]
+        period = np.array(lengths)
+        at = np.column_stack([_within(sites[:, :2], period), -down])
+        order = np.lexsort((*np.round(at[:, 1::-1].T, 6), np.round(down, 6)))
+        moving = int(np.count_nonzero(down < depth - _ALIKE))
+        surface = int(np.count_nonzero(down < skin))
+        return cls(name, (float(period[0]), float(period[1])), at[order], types[order], surface, moving)
+
+    def _pairs(self, distance: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        period = np.array([*self.lengths, 0.0])
+        at = np.column_stack([_within(self.positions[:, :2], period[:2]), self.positions[:, 2]])
+        found = scipy.spatial.KDTree(at, boxsize=period).query_pairs(distance, output_type="ndarray")
+        found.sort(axis=1)
+        found = found[found[:, 0] < self.moving]
+        return found[:, 0], found[:, 1]
+
+    def _apart(self, i: NDArray[np.int64], j: NDArray[np.int64]) -> Real:
+        r = self.positions[j] - self.positions[i]
+        r[:, :2] -= np.array(self.lengths) * np.rint(r[:, :2] / self.lengths)
+        return np.asarray(r, dtype=np.float64)
+
+    def neighbours(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], Real]]:
+        i, j = self._pairs(self.lost)
+        yield i, j, self._apart(i, j)
+
+
+def _within(at: Real, period: Real) -> Real:
+    """Positions in the plane in the first period, the upper end excluded also where rounding leads there."""
+    inside = at % period
+    return np.where(inside < period, inside, 0.0)
+
+
 @dataclass(frozen=True)
-class Slab:
+class Slab(AnySlab):
     """An fcc(100) slab, periodic in the plane, on a frozen base.
 
     x and y lie along <110>, where the surface atoms form a square grid of spacing a0; the surface plane is
@@ -57,8 +223,12 @@ class Slab:
         if shape[0] * shape[1] * (mobile + frozen) > _MOST_ATOMS:
             layers = f"{mobile} mobile layers, as its depth asks for, and {frozen} frozen"
             raise ArgumentError("shape", shape, f"a slab of at most {_MOST_ATOMS} atoms; this one has {layers}")
-        for name, value in (("shape", shape), ("mobile", mobile), ("frozen", frozen)):
-            object.__setattr__(self, name, value)
+        deep, lengths = mobile + frozen, (float(shape[0]), float(shape[1]))
+        vars(self).update(
+            shape=shape, mobile=mobile, frozen=frozen, moving=mobile, grid=Grid((shape[0], shape[1]), lengths),
+            name="fcc(100)", axes=("x", "y"), lost=LOST, depth=mobile * LAYER_SPACING, bottom=-deep * LAYER_SPACING,
+            types=np.broadcast_to(np.int64(0), shape[0] * shape[1] * deep), about=f"{shape[0]} x {shape[1]} atoms",
+        )  # fmt: skip
 
     @classmethod
     def of_depth(cls, grid: Grid, depth: float, frozen: int = 1) -> Slab:
@@ -79,23 +249,8 @@ class Slab:
         """Number of layers, mobile and frozen."""
         return self.mobile + self.frozen
 
-    @property
-    def depth(self) -> float:
-        """Depth from the surface plane to the first frozen plane, M a0/√2."""
-        return self.mobile * LAYER_SPACING
-
-    @property
-    def size(self) -> int:
-        """Number of all atoms, the frozen ones included."""
-        return self.layers * self.shape[0] * self.shape[1]
-
-    @property
-    def grid(self) -> Grid:
-        """The grid of the surface atoms."""
-        return Grid(self.shape, (float(self.shape[0]), float(self.shape[1])))
-
     @cached_property
-    def ids(self) -> NDArray[np.int64]:
+    def ids(self) -> NDArray[np.int64]:  # type: ignore[override]
         """Number of each atom in LAMMPS, shape (layers, nx, ny), from 1; the last index runs fastest."""
         ids = np.arange(1, self.size + 1).reshape(self.layers, *self.shape)
         ids.flags.writeable = False
@@ -115,7 +270,7 @@ class Slab:
         return np.unravel_index(given - 1, (self.layers, *self.shape))
 
     @cached_property
-    def positions(self) -> Real:
+    def positions(self) -> Real:  # type: ignore[override]
         """Lattice sites, shape (layers, nx, ny, 3), in a0."""
         import ase.build
 
@@ -129,6 +284,17 @@ class Slab:
         sites[..., 2] = np.rint((sites[..., 2] - sites[0, 0, 0, 2]) / LAYER_SPACING) * LAYER_SPACING
         sites.flags.writeable = False
         return sites
+
+    def neighbours(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], Real]]:
+        at = self.ids - 1
+        for layer in range(self.mobile):
+            pairs = [(layer, (1, 0), [-1.0, 0.0, 0.0]), (layer, (0, 1), [0.0, -1.0, 0.0])]
+            # The four atoms below stand at half spacings: of an even layer at -1/2 and +1/2, and so on.
+            side = 1 if layer % 2 == 0 else -1
+            for i, j in np.ndindex(2, 2):
+                pairs.append((layer + 1, (side * i, side * j), [side * (0.5 - i), side * (0.5 - j), -LAYER_SPACING]))
+            for other, shift, site in pairs:
+                yield at[layer].ravel(), np.roll(at[other], shift, axis=(0, 1)).ravel(), np.array(site)
 
     def to_atoms(self, displacements: Real | None = None, symbol: str = "X", spacing: float = 1.0) -> ase.Atoms:
         """ASE atoms, in the order of :attr:`ids`, tagged by layer (1 is the surface), the base constrained.
@@ -178,56 +344,40 @@ def chemical_symbol(number: int) -> str:
     return symbols[number]
 
 
-def distortion(slab: Slab, displacements: Real) -> float:
-    """Largest displacement of an atom relative to a nearest neighbour, of displacements (layers, nx, ny, 3), in a0.
+def distortion(slab: AnySlab, displacements: Real) -> float:
+    """Largest displacement of an atom relative to a nearest neighbour, of displacements (*ids.shape, 3), in a0.
 
     It bounds the strain of the springs, and detects a crystal that is turned inside out: springs do not depend on
     direction, so that a layer pushed through the next is at rest again.
     """
-    apart = (
-        np.roll(displacements[other], shift, axis=(0, 1)) - displacements[layer]
-        for layer, other, shift, _ in _pairs(slab)
-    )
-    return max(float(np.linalg.norm(each, axis=-1).max()) for each in apart)
+    u = displacements.reshape(-1, 3)
+    return max(float(np.linalg.norm(u[j] - u[i], axis=-1).max()) for i, j, _ in slab.neighbours())
 
 
-def slipped(slab: Slab, displacements: Real) -> NDArray[np.bool_]:
-    """Atoms whose nearest neighbours have changed, by one lost and one gained, shape (layers, nx, ny).
+def slipped(slab: AnySlab, displacements: Real) -> NDArray[np.bool_]:
+    """Atoms whose nearest neighbours have changed, by one lost and one gained, of the shape of ``slab.ids``.
 
     Where an fcc crystal slips by a partial dislocation, each atom on either side of its plane loses one of three, and
     gains another: this, and not the stretch of bonds, distinguishes plastic from elastic deformation.
 
     Parameters
     ----------
-    displacements : displacements of all atoms, shape (layers, nx, ny, 3), in a0.
+    displacements : displacements of all atoms, shape (*ids.shape, 3), in a0.
     """
-    lost = np.zeros((slab.layers, *slab.shape), np.bool_)
-    for layer, other, shift, site in _pairs(slab):
-        apart = site + np.roll(displacements[other], shift, axis=(0, 1)) - displacements[layer]
-        far = np.sum(apart**2, axis=-1) > LOST**2
-        lost[layer] |= far
-        lost[other] |= np.roll(far, (-shift[0], -shift[1]), axis=(0, 1))
-    sites = slab.positions[lost]
+    u, lost = displacements.reshape(-1, 3), np.zeros(slab.size, np.bool_)
+    for i, j, site in slab.neighbours():
+        far = np.sum((site + u[j] - u[i]) ** 2, axis=-1) > slab.lost**2
+        lost[i[far]] = lost[j[far]] = True
+    sites = slab.positions.reshape(-1, 3)[lost]
     if not len(sites):
-        return lost
-    period = np.array([*slab.shape, 0.0])  # none across
-    at = sites + displacements[lost]
-    at[:, :2] %= period[:2]
-    pairs = scipy.spatial.KDTree(at, boxsize=period).query_pairs(LOST, output_type="ndarray")
+        return lost.reshape(slab.ids.shape)
+    period = np.array([*slab.grid.lengths, 0.0])  # none across
+    at = sites + u[lost]
+    at[:, :2] = _within(at[:, :2], period[:2])
+    pairs = scipy.spatial.KDTree(at, boxsize=period).query_pairs(slab.lost, output_type="ndarray")
     before = sites[pairs[:, 0]] - sites[pairs[:, 1]]
     before[:, :2] -= period[:2] * np.rint(before[:, :2] / period[:2])
     gained = np.zeros(len(sites), np.bool_)
-    gained[pairs[np.sum(before**2, axis=-1) > LOST**2].ravel()] = True
+    gained[pairs[np.sum(before**2, axis=-1) > slab.lost**2].ravel()] = True
     lost[lost] = gained
-    return lost
-
-
-def _pairs(slab: Slab) -> Iterator[tuple[int, int, tuple[int, int], Real]]:
-    """Each pair of neighbours once: two layers, the shift that brings the one above the other, and the site there."""
-    for layer in range(slab.mobile):
-        yield layer, layer, (1, 0), np.array([-1.0, 0.0, 0.0])
-        yield layer, layer, (0, 1), np.array([0.0, -1.0, 0.0])
-        # The four atoms below stand at half spacings: of an even layer at -1/2 and +1/2, and so on.
-        side = 1 if layer % 2 == 0 else -1
-        for i, j in np.ndindex(2, 2):
-            yield layer, layer + 1, (side * i, side * j), np.array([side * (0.5 - i), side * (0.5 - j), -LAYER_SPACING])
+    return lost.reshape(slab.ids.shape)

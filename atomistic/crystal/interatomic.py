@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -12,7 +12,26 @@ from continuum.model.cubic import CubicConstants, contact_modulus
 from continuum.model.fourier import Real
 
 
-class BondlessPotential:
+class Species:
+    """The elements of a potential: one, and further ones of an alloy."""
+
+    element: str
+    mass: float
+    others: tuple[tuple[str, float], ...] = ()
+    """Symbols and masses of the further elements."""
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """Chemical symbols, in the order of LAMMPS' types."""
+        return (self.element, *(name for name, _ in self.others))
+
+    @property
+    def masses(self) -> tuple[float, ...]:
+        """Mass of an atom of each."""
+        return (self.mass, *(mass for _, mass in self.others))
+
+
+class BondlessPotential(Species):
     """Common part of all potentials without fixed bonds."""
 
     atom_style: Literal["atomic"] = "atomic"
@@ -27,8 +46,31 @@ class BondlessPotential:
         return f"atom_style      {self.atom_style}"
 
 
+class OfCube:
+    """What follows from the elastic constants of an fcc crystal with a (100) face, in units of a0, E* and a mass."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def elastic_constants(self) -> CubicConstants: ...
+
+    density: float = float(np.sqrt(2))
+    """Atoms per a0³."""
+
+    @property
+    def normal_stiffness(self) -> float:
+        """Pressure per strain across the slab, which is as wide as before."""
+        return self.elastic_constants[0]
+
+    @property
+    def stiffest(self) -> float:
+        """ω² of the stiffest vibration, that of springs with the same constants, k = √2 C44 a0 or C11 a0/√2."""
+        c11, _, c44 = self.elastic_constants
+        return float(8 * max(np.sqrt(2) * c44, c11 / np.sqrt(2)))
+
+
 @dataclass(frozen=True)
-class Springs:
+class Springs(Species, OfCube):
     """Harmonic springs between nearest neighbours, at rest at the distance a0: V(r) = stiffness/2 (r - a0)².
 
     The springs are bonds of a fixed topology: none breaks or forms at any strain.
@@ -51,6 +93,7 @@ class Springs:
     length: float = field(default=1.0, init=False)
     energy: float = field(default=1.0, init=False)
     real_units: None = field(default=None, init=False)
+    expands: Literal[False] = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "stiffness", number("stiffness", self.stiffness, above=0))

@@ -5,6 +5,7 @@ A :data:`Potential` is a frozen set of parameters in the units that LAMMPS is gi
 
     units, atom_style    styles of LAMMPS
     mass, element        of an atom; the element is "X", ASE's symbol for none, if the model has none
+    masses, elements     of all types of atoms, of which an alloy has several
     cutoff               of the formulas
     force_range          largest distance at which a displaced atom changes forces
     guess                volume per atom of the fcc crystal, roughly; 0 if unknown
@@ -17,32 +18,48 @@ A :data:`Potential` is a frozen set of parameters in the units that LAMMPS is gi
 With its crystal it is a :data:`Model`: springs are one already, all others become one by measuring that crystal
 (:func:`atomistic.response.material.measure_crystal`).  Its further members, in units of a0 and E*::
 
-    lattice_constant     edge of the cubic cell at zero pressure: sqrt(2), so that surface atoms are a0 apart
-    harmonic             whether forces are linear in the stretch of fixed bonds, so that the response is exact
-    coupled_layers       number of (100) layers that forces reach: the frozen base has at least so many
-    elastic_constants    C11, C12, C44
+    density              atoms per a0³
+    normal_stiffness     pressure per strain across the slab, which is as wide as before
+    stiffest             ω² of the stiffest vibration, of an atom of the mass 1
     timestep             a stable time step of damped dynamics with unit masses, in a0 (m/(E* a0³))^(1/2)
     length, energy       a0 and E* a0³ in LAMMPS' units; E* a0² is their quotient in that of force
     real_units           size of a0 and E* in SI; None for a crystal without length scale
+    expands              whether it is a crystal that expands when it is warm, and then has further members:
+    supercell            a periodic block of it, :class:`Supercell`
+    dilation             pressure per strain along all axes
+    stretched(stretch)   the model with longer distances, by a factor
+
+A model of fcc(100) also has, for its lattice response::
+
+    lattice_constant     edge of the cubic cell at zero pressure: sqrt(2), so that surface atoms are a0 apart
+    harmonic             whether forces are linear in the stretch of fixed bonds, so that the response is exact
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from operator import attrgetter
-from typing import Any, Literal, Self, TypeGuard
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self, TypeGuard
 
 import numpy as np
+from numpy.typing import NDArray
 
 from atomistic.crystal.crystal import LAYER_SPACING
-from atomistic.crystal.interatomic import LennardJones, Springs
+from atomistic.crystal.faces import CrystalCell
+from atomistic.crystal.interatomic import LennardJones, OfCube, Springs
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom
 from continuum.arguments import ArgumentError
-from continuum.model.cubic import CubicConstants, contact_modulus, directional_contact_modulus
+from continuum.model.cubic import (
+    CubicConstants,
+    anisotropic_contact_modulus,
+    contact_modulus,
+    directional_contact_modulus,
+)
 from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.units import Units
 
 _DIRECTIONS = 128
@@ -66,18 +83,27 @@ def _of_potential(name: str) -> Any:
     return property(attrgetter(f"potential.{name}"))
 
 
-@dataclass(frozen=True)
-class CrystalModel:
-    """A potential and its crystal, in units of a0 and E*: a :class:`~atomistic.crystal.interatomic.Model`."""
+class OfPotential:
+    """Members of a model that are those of its potential."""
 
-    potential: Potential
-    crystal: Crystal
-    harmonic: Literal[False] = field(default=False, init=False)
+    potential: Any
+
+    if TYPE_CHECKING:
+
+        @property
+        def length(self) -> float: ...
+
+        @property
+        def contact_modulus(self) -> float: ...
+
+        @property
+        def mass(self) -> float: ...
 
     units = _of_potential("units")
     atom_style = _of_potential("atom_style")
-    mass = _of_potential("mass")
     element = _of_potential("element")
+    elements = _of_potential("elements")
+    masses = _of_potential("masses")
     cutoff = _of_potential("cutoff")
     force_range = _of_potential("force_range")
     files = _of_potential("files")
@@ -85,6 +111,46 @@ class CrystalModel:
     reference = _of_potential("reference")
     settings = _of_potential("settings")
     interactions = _of_potential("interactions")
+
+    @property
+    def energy(self) -> float:
+        return self.contact_modulus * self.length**3
+
+    @property
+    def real_units(self) -> Units | None:
+        """Size of a0 and E*; None for Lennard-Jones, which has no length scale."""
+        return Units.metal(self.length, self.contact_modulus, self.mass) if self.units == "metal" else None
+
+
+class Supercell(NamedTuple):
+    """A periodic block of a crystal."""
+
+    edge: float
+    """Unit of its sites and periods, in a0."""
+    sites: Real
+    periods: Real
+    types: NDArray[np.int64]
+    """Which element each atom is, from 0."""
+    volume: float
+    """In a0³."""
+
+
+_CELLS = 4
+"""Cubic cells along each side of a block of fcc: 256 atoms."""
+_SIDE = 6.0
+"""Side of a block of another crystal, in a0: some 200 to 300 atoms."""
+
+
+@dataclass(frozen=True)
+class CrystalModel(OfPotential, OfCube):
+    """A potential and its crystal, in units of a0 and E*: a :class:`~atomistic.crystal.interatomic.Model`."""
+
+    potential: Potential
+    crystal: Crystal
+    harmonic: Literal[False] = field(default=False, init=False)
+    expands: Literal[True] = field(default=True, init=False)
+
+    mass = _of_potential("mass")
 
     @property
     def guess(self) -> float:
@@ -104,12 +170,24 @@ class CrystalModel:
         return contact_modulus(self.crystal.constants)
 
     @property
-    def energy(self) -> float:
-        return self.contact_modulus * self.length**3
-
-    @property
     def elastic_constants(self) -> CubicConstants:
         return CubicConstants(*(c / self.contact_modulus for c in self.crystal.constants))
+
+    @property
+    def dilation(self) -> float:
+        c11, c12, _ = self.elastic_constants
+        return c11 + 2 * c12
+
+    @property
+    def supercell(self) -> Supercell:
+        corners = np.stack(np.meshgrid(*3 * [np.arange(_CELLS)], indexing="ij"), axis=-1).reshape(-1, 1, 3)
+        sites = (corners + np.array([[0, 0, 0], [1, 1, 0], [1, 0, 1], [0, 1, 1]]) / 2).reshape(-1, 3)
+        edge, none = np.sqrt(2), np.zeros(len(sites), np.int64)
+        return Supercell(edge, sites, np.full(3, float(_CELLS)), none, _CELLS**3 * np.sqrt(8))
+
+    def stretched(self, stretch: float) -> CrystalModel:
+        crystal = replace(self.crystal, lattice_constant=self.crystal.lattice_constant * stretch)
+        return replace(self, crystal=crystal)
 
     @property
     def coupled_layers(self) -> int:
@@ -118,21 +196,96 @@ class CrystalModel:
 
     @property
     def timestep(self) -> float:
-        """0.1/√k with k = √2 C44 a0 or C11 a0/√2, which are those of springs with the same constants.
+        """0.1/√k of the springs of :attr:`stiffest`.
 
         Half that of springs: bonds of atoms grow several times stiffer where they are compressed, and FIRE's step,
         which grows to 3 of these, would no longer be stable.
         """
-        c11, _, c44 = self.elastic_constants
-        return 0.1 / float(np.sqrt(max(np.sqrt(2) * c44, c11 / np.sqrt(2))))
+        return 0.1 / float(np.sqrt(self.stiffest / 8))
+
+
+@dataclass(frozen=True, eq=False)
+class AnyCrystalModel(OfPotential):
+    """A potential and its crystal below any face, or atoms that are given: what a deck of them needs of it.
+
+    Parameters
+    ----------
+    potential : in its own units.
+    length : a0, the distance of nearest neighbours, in LAMMPS' unit.
+    contact_modulus : mean E* of the face, in LAMMPS' unit of energy per volume.
+    tensor : C_ijkl along the axes of the face, in E*, shape (3, 3, 3, 3).
+    density : atoms per a0³.
+    stiffest : ω² of the stiffest vibration, of an atom of the mean mass, in E* a0.
+    mass : mean of the atoms.
+    cell : of the crystal, at zero pressure; None for atoms that are given.
+    """
+
+    potential: Potential
+    length: float
+    contact_modulus: float
+    tensor: Real = field(repr=False)
+    density: float
+    mass: float
+    cell: CrystalCell | None = field(repr=False)
+    stiffest: float = 8.0
 
     @property
-    def real_units(self) -> Units | None:
-        """Size of a0 and E*; None for Lennard-Jones, which has no length scale."""
-        return Units.metal(self.length, self.contact_modulus, self.mass) if self.units == "metal" else None
+    def timestep(self) -> float:
+        return 0.1 / float(np.sqrt(self.stiffest / 8))
+
+    @property
+    def identity(self) -> Mapping[str, Any]:
+        return {**self.potential.identity, "crystal": "given" if self.cell is None else self.cell.name}
+
+    @property
+    def expands(self) -> bool:
+        return self.cell is not None and self.atom_style == "atomic"
+
+    @property
+    def dilation(self) -> float:
+        return float(np.einsum("iijj", self.tensor)) / 3
+
+    @property
+    def supercell(self) -> Supercell:
+        assert self.cell is not None
+        x, y, z = (max(1, round(_SIDE / period)) for period in self.cell.periods)
+        sites, types = self.cell.repeated((x, y, z))
+        periods = self.cell.periods * np.array([x, y, z])
+        return Supercell(1.0, sites, periods, types, float(np.prod(periods)))
+
+    def stretched(self, stretch: float) -> AnyCrystalModel:
+        return replace(self, length=self.length * stretch)
+
+    @property
+    def reach(self) -> float:
+        """Largest distance at which a displaced atom changes forces, in a0."""
+        return float(self.force_range / self.length)
+
+    @property
+    def normal_stiffness(self) -> float:
+        """1/(nn)⁻¹_zz: layers may shift."""
+        return float(1 / np.linalg.inv(self.tensor[2, :, :, 2])[2, 2])
+
+    def moduli(self, count: int = 64) -> Real:
+        """E*(θ) over so many wavevectors, from the x axis of the face through half a turn, in E*."""
+        return anisotropic_contact_modulus(self.tensor, np.arange(count) * np.pi / count)
+
+    def stiffness_q(self, grid: Grid, depth: float) -> Real:
+        """K_q of the half-space of the crystal, at q = 0 that of a slab of the depth; shape ``grid.shape_q``, in E*/a0.
+
+        E*(θ) has the period π: a Fourier series, exact to rounding unless the crystal is close to an instability.
+        """
+        series, (qx, qy) = np.fft.rfft(self.moduli()) / 64, grid.wavevectors
+        series[1:-1] *= 2
+        turn = np.exp(2j * np.arctan2(qy, qx))
+        found = np.polynomial.polynomial.polyval(turn, series).real * grid.wavenumber / 2
+        found[0, 0] = self.normal_stiffness / depth
+        return np.asarray(found)
 
 
 Model = Springs | CrystalModel
+"""Models of fcc(100), one atom for one point of a grid, of which there is a lattice response."""
+AnyModel = Model | AnyCrystalModel
 Potential = Model | LennardJones | EmbeddedAtom | PairStyle
 
 

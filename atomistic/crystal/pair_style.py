@@ -26,7 +26,7 @@ _ELEMENT = re.compile(r"[A-Z][a-z]?")
 
 @dataclass(frozen=True)
 class PairStyle(BondlessPotential):
-    """One element in any ``pair_style``, in LAMMPS' units ``metal``: eV and Å.
+    """Elements in any ``pair_style``, in LAMMPS' units ``metal``: eV and Å.
 
     Parameters
     ----------
@@ -39,6 +39,7 @@ class PairStyle(BondlessPotential):
     coefficients : words of each ``pair_coeff``, "*" "*" among them.  Here and in the arguments, a word that is the name
         of one of the files, or a path that ends with it, stands for that file.
     contents : files by name.
+    others : symbols and masses of further elements, of an alloy.
     many_body : whether atoms feel changes at their neighbours, so that forces reach twice the cut-off.
 
     Raises
@@ -56,6 +57,7 @@ class PairStyle(BondlessPotential):
     coefficients: tuple[tuple[str, ...], ...] = (("*", "*"),)
     contents: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     many_body: bool = True
+    others: tuple[tuple[str, float], ...] = ()
 
     units: Literal["metal"] = field(default="metal", init=False)
 
@@ -66,10 +68,13 @@ class PairStyle(BondlessPotential):
                 "the name of a pair_style that reads no code and no other paths, and that makes a crystal by itself"
             )
             raise ArgumentError("style", style, f"{allowed}; hybrid/overlay adds several")
-        if not isinstance(self.element, str) or not _ELEMENT.fullmatch(self.element):
-            raise ArgumentError("element", self.element, 'a chemical symbol, as "Cu"')
-        for name in ("mass", "cutoff", "lattice_constant"):
+        for element in self.elements:
+            if not isinstance(element, str) or not _ELEMENT.fullmatch(element):
+                raise ArgumentError("element", element, 'a chemical symbol, as "Cu"')
+        for name in ("cutoff", "lattice_constant"):
             number(name, getattr(self, name), above=0, below=1000)
+        for mass in self.masses:
+            number("mass", mass, above=0, below=1000)
         flag("many_body", self.many_body)
         contents = self.contents
         sound = isinstance(contents, Mapping) and all(
@@ -135,7 +140,7 @@ class PairStyle(BondlessPotential):
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in self.files.items()}
         return {
             "kind": "pair-style", "commands": self.interactions(), "element": self.element, "mass": self.mass,
-            "cutoff": self.cutoff, "many_body": float(self.many_body), **digests,
+            "cutoff": self.cutoff, "many_body": float(self.many_body), **digests, **dict(self.others),
         }  # fmt: skip
 
     @property
@@ -144,7 +149,7 @@ class PairStyle(BondlessPotential):
             f"{''.join(c for c in name if c.isprintable())[:80]} (sha256 {hashlib.sha256(content).hexdigest()[:12]})"
             for name, content in self.contents.items()
         )
-        return f"{self.element}, pair_style {self.style}{f', {files}' if files else ''}"
+        return f"{' '.join(self.elements)}, pair_style {self.style}{f', {files}' if files else ''}"
 
     def interactions(self) -> str:
         lines = [

@@ -8,7 +8,7 @@ import hashlib
 import importlib.util
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -87,7 +87,7 @@ def _shipped() -> Iterator[Path]:
 
 @dataclass(frozen=True)
 class EmbeddedAtom(BondlessPotential):
-    """One element of an embedded-atom potential: E = Σ F(ρ_i) + Σ φ(r_ij), ρ_i = Σ ρ(r_ij), in eV and Å.
+    """Elements of an embedded-atom potential: E = Σ F(ρ_i) + Σ φ(r_ij), ρ_i = Σ ρ(r_ij), in eV and Å.
 
     :meth:`read` makes one from a file.  Forces reach twice the cut-off: an atom feels a change in the density at its
     neighbours.
@@ -102,6 +102,7 @@ class EmbeddedAtom(BondlessPotential):
     comment : comment lines of the file.
     name : of the file.
     content : of the file.
+    others : symbols and masses of further elements, of an alloy.
 
     Raises
     ------
@@ -117,6 +118,7 @@ class EmbeddedAtom(BondlessPotential):
     comment: str
     name: str
     content: bytes = field(repr=False)
+    others: tuple[tuple[str, float], ...] = ()
 
     units: Literal["metal"] = field(default="metal", init=False)
 
@@ -132,13 +134,13 @@ class EmbeddedAtom(BondlessPotential):
         instance("content", self.content, bytes, "the content of the file, as bytes")
 
     @classmethod
-    def read(cls, path: str | Path, element: str | None = None) -> Self:
-        """One element of a file, whose format is told by its content.
+    def read(cls, path: str | Path, element: str | Sequence[str] | None = None) -> Self:
+        """Elements of a file, whose format is told by its content.
 
         Parameters
         ----------
         path : of the file, as :func:`find_potential` finds those that come with LAMMPS.
-        element : chemical symbol; may be left out if the file has only one.
+        element : chemical symbol, or several of an alloy; may be left out if the file has only one.
 
         Raises
         ------
@@ -148,8 +150,9 @@ class EmbeddedAtom(BondlessPotential):
             If the file cannot be read, has another format, or lacks the element.
         """
         path = file_name("path", path)
-        if element is not None:
-            _check_element(element)
+        wanted = (element,) if isinstance(element, str) else element
+        for name in () if wanted is None else wanted:
+            _check_element(name)
         content = content_of(path)
         try:
             table = _parse(content)
@@ -159,14 +162,17 @@ class EmbeddedAtom(BondlessPotential):
                 f"{path} is not a potential of pair_style eam, eam/alloy or eam/fs: {detail}; "
                 "usual cause: a file of another kind, cut short, or with an edited header"
             ) from error
-        if element is None and len(table.elements) == 1:
-            element = next(iter(table.elements))
-        if element not in table.elements:
-            given = "no element was named" if element is None else f"the element {element!r} is not among them"
+        if wanted is None and len(table.elements) == 1:
+            wanted = tuple(table.elements)
+        lacking = [name for name in wanted or () if name not in table.elements]
+        if not wanted or lacking:
+            given = f"the element {lacking[0]!r} is not among them" if lacking else "no element was named"
             raise PotentialError(f"{path} holds the elements {', '.join(table.elements)}: {given}")
-        mass, volume = table.elements[element]
+        first, *others = wanted
+        mass, volume = table.elements[first]
         name = "".join(c for c in path.name if c.isprintable())
-        return cls(table.style, element, mass, table.cutoff, volume, table.comment, name, content)
+        alloyed = tuple((other, table.elements[other][0]) for other in others)
+        return cls(table.style, first, mass, table.cutoff, volume, table.comment, name, content, alloyed)
 
     @property
     def force_range(self) -> float:
@@ -180,19 +186,19 @@ class EmbeddedAtom(BondlessPotential):
     @cached_property
     def identity(self) -> dict[str, str]:
         digest = hashlib.sha256(self.content).hexdigest()
-        return {"kind": "eam", "style": self.style, "element": self.element, "sha256": digest}
+        return {"kind": "eam", "style": self.style, "element": " ".join(self.elements), "sha256": digest}
 
     @property
     def reference(self) -> str:
         return (
-            f"embedded atom, {self.element}, pair_style {self.style}, {self.name} "
+            f"embedded atom, {' '.join(self.elements)}, pair_style {self.style}, {self.name} "
             f"(sha256 {self.identity['sha256'][:12]}): {self.comment}"
         )
 
     def interactions(self) -> str:
         if self.style == "eam":
             return f"pair_style      eam\npair_coeff      1 1 {POTENTIAL}"
-        return f"pair_style      {self.style}\npair_coeff      * * {POTENTIAL} {self.element}"
+        return f"pair_style      {self.style}\npair_coeff      * * {POTENTIAL} {' '.join(self.elements)}"
 
 
 def _check_element(value: Any) -> None:

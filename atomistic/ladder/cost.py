@@ -36,14 +36,14 @@ class AtomsCost:
     """Peak memory of a process, in bytes."""
 
 
-def _atoms(n: int, depth: float, reach: int) -> int:
-    return n * n * Slab.of_depth(Grid.square(n), depth, reach).layers
+def _atoms(points: tuple[int, int], depth: float, reach: int) -> int:
+    return points[0] * points[1] * Slab.of_depth(Grid.square(8), depth, reach).layers
 
 
 def cost_of_validation(config: ValidateConfig) -> AtomsCost:
     """Cost of ``atomistic validate``."""
     seen = _SEEN[config.interatomic.kind]
-    atoms = _atoms(config.slab.n, config.slab.depth, seen["layers"])
+    atoms = _atoms(config.slab.points, config.slab.depth, seen["layers"])
     paths = paths_of(config)
     # Around a jump-in: before and after it, on both branches.
     states = sum(4 if path.jump else len(path.areas) * len(path.branches) for path in paths)
@@ -59,7 +59,8 @@ def cost_of_validation(config: ValidateConfig) -> AtomsCost:
 def cost_of_deck(config: DeckConfig) -> AtomsCost:
     """Cost of running the deck of ``atomistic deck`` in LAMMPS."""
     seen = _SEEN[config.interatomic.kind]
-    atoms = _atoms(config.slab.n, config.slab.depth, seen["layers"])
+    points = config.grid.shape
+    atoms = _atoms(points, config.slab.depth, seen["layers"])
     steps = config.steps()
     if steps.motion is not None:
         durations = steps.motion.windows[-1]
@@ -68,11 +69,13 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
     else:
         count = len(steps.values)
         tried = count * (_SEEN["to_a_pressure"] if steps.control == "mean-pressure" else 1)
-        evaluations = round(tried * _SEEN["per_side"] * max(config.slab.n, config.slab.depth))
+        evaluations = round(tried * _SEEN["per_side"] * max(*points, config.slab.depth))
     wall = _SEEN["table" if config.wall.kind_name == "table" else "formula"]
     if config.follows == "atom":
         wall += _SEEN["following" if has_formula(config.surface) else "map"]
     if config.wall_force != "formulas":
         wall = _SEEN[config.wall_force]
-    seconds = evaluations * (seen["evaluation"] * atoms + wall * config.slab.n**2) + (1 + tried / 4) * _SEEN["start"]
+    seconds = (
+        evaluations * (seen["evaluation"] * atoms + wall * points[0] * points[1]) + (1 + tried / 4) * _SEEN["start"]
+    )
     return AtomsCost(atoms, count, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))

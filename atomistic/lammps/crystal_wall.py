@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 from atomistic.crystal.crystal import LAYER_SPACING
-from atomistic.crystal.model import Model
+from atomistic.crystal.model import AnyModel
 from atomistic.lammps.language import formatted
 from atomistic.lammps.shape import Shape
 from continuum.arguments import ArgumentError
@@ -192,7 +192,7 @@ def first_touch(found: CrystalWall) -> float:
     return float(np.max(np.sqrt(np.maximum(SIGMA**2 - apart, 0.0)) - found.sites[:, 2]))
 
 
-def crystal_data(found: CrystalWall, model: Model, size: tuple[int, int], surface: float) -> str:
+def crystal_data(found: CrystalWall, model: AnyModel, size: tuple[int, int], surface: float) -> str:
     """``wall.data``: atoms of the wall at the separation zero, as LAMMPS adds them to those of the slab.
 
     Parameters
@@ -218,7 +218,7 @@ def crystal_data(found: CrystalWall, model: Model, size: tuple[int, int], surfac
     return "\n".join(lines) + "\n"
 
 
-def interactions_beside(model: Model, strength: float) -> str:
+def interactions_beside(model: AnyModel, strength: float) -> str:
     """Commands for the forces of a substrate, and for the pair law between its atoms and those of the wall, type 2.
 
     Parameters

@@ -21,8 +21,8 @@ import numpy as np
 import scipy
 
 import continuum
-from atomistic.crystal.crystal import LAYER_SPACING, LOST, Slab
-from atomistic.crystal.model import Model, check_model
+from atomistic.crystal.crystal import AnySlab
+from atomistic.crystal.model import AnyCrystalModel, AnyModel, check_model
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps import crystal_wall, plugin
 from atomistic.lammps import directory as disk
@@ -42,7 +42,7 @@ from continuum.model.walls import TabulatedWall, Wall
 SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
 INPUTS = (
     *SCRIPTS, "in.relax", "in.motion", "slab.data", "slab.start", disk.HEIGHTS, "wall.table", "wall.vtk", "deck.json",
-    "stiffness.npy", "input.toml", plugin.SOURCE, plugin.LIBRARY, plugin.MAP, "in.place", crystal_wall.DATA,
+    "stiffness.npy", disk.MAP, "input.toml", plugin.SOURCE, plugin.LIBRARY, plugin.MAP, "in.place", crystal_wall.DATA,
 )  # fmt: skip
 """Files of a deck, of equilibria or of a motion, in addition to those of its interatomic model."""
 _EARLIER = ("crystal.cpp", "crystal.so", "wall.crystal")
@@ -71,8 +71,9 @@ class Deck:
     model : interatomic model.
     wall : law between wall and surface, not a hard wall.
     heights : heights of the wall above each surface atom, shape ``slab.shape``, in a0.
+    wall_map : heights at the points of ``slab.grid``, in a0, where the surface atoms are not these points; else None.
     separation : height of the wall's zero above the surface at rest, in a0; with a protocol, that of its first step.
-    displacements : displacements to start from, shape (layers, nx, ny, 3), in a0; the slab at rest if None.
+    displacements : displacements to start from, shape (*slab.ids.shape, 3), in a0; the slab at rest if None.
     tolerance : largest force left on a mobile atom, in E* a0².
     evaluations : largest number of force evaluations of each minimiser.
     wall_tolerance : tolerance of the tractions of a tabulated wall, relative to its largest tension, or to the
@@ -98,8 +99,8 @@ class Deck:
         If LAMMPS has no formula for the law.
     """
 
-    slab: Slab
-    model: Model
+    slab: AnySlab
+    model: AnyModel
     wall: Wall
     heights: Real = field(repr=False)
     separation: float
@@ -115,18 +116,24 @@ class Deck:
     notes: tuple[str, ...] = ()
     stiffness: Real | None = field(default=None, repr=False)
     source: str = field(default="", repr=False)
+    wall_map: Real | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        slab, model = instance("slab", self.slab, Slab), check_model("model", self.model)
+        slab = instance("slab", self.slab, AnySlab)
         native_law(instance("wall", self.wall, Wall, "a wall law of continuum"))
+        self._set_arrays()
+        self._check_numbers()
+        if not slab.one_to_one:
+            instance("model", self.model, AnyCrystalModel, "a model of the atoms of the slab")
+            return
+        model = check_model("model", self.model)
         if not np.isclose(model.lattice_constant, np.sqrt(2), rtol=1e-12):
             spacing = model.lattice_constant / np.sqrt(2)
             raise ArgumentError("model", model, f"a crystal of the spacing a0 = 1 of the surface grid, not {spacing:g}")
-        if slab.frozen < model.coupled_layers:
-            allowed = f"at least {model.coupled_layers} frozen layers, which forces reach, not {slab.frozen}"
+        frozen = slab.size // slab.surface_atoms - slab.mobile
+        if frozen < model.coupled_layers:
+            allowed = f"at least {model.coupled_layers} frozen layers, which forces reach, not {frozen}"
             raise ArgumentError("slab", slab, allowed)
-        self._set_arrays()
-        self._check_numbers()
 
     def write(self, directory: str | Path, *, force: bool = False) -> Path:
         """Write the deck into a directory, in which a stock ``lmp -in in.contact`` runs it; returns the directory.
@@ -145,18 +152,22 @@ class Deck:
 
     def _set_arrays(self) -> None:
         slab = self.slab
-        sites = (slab.layers, *slab.shape)
+        sites = slab.ids.shape
         _set_array(self, "heights", self.heights, slab.shape)
         start = np.zeros((*sites, 3)) if self.displacements is None else self.displacements
         _set_array(self, "displacements", start, (*sites, 3))
         if self.stiffness is not None:
             _set_array(self, "stiffness", self.stiffness, slab.grid.shape_q)
-        _set_array(self, "rise", np.zeros(slab.layers) if self.rise is None else self.rise, (slab.layers,))
+        if self.wall_map is not None:
+            _set_array(self, "wall_map", self.wall_map, slab.grid.shape)
+        _set_array(self, "rise", np.zeros(sites[0]) if self.rise is None else self.rise, sites[:1])
         for name in ("displacements", "rise"):
             moved = getattr(self, name)
-            if np.any(moved[slab.mobile :]):
-                raise ArgumentError(name, moved, f"zero in the frozen base, the lowest {slab.frozen} layers")
-        if self.shape is not None and (apart := misfit(check_shape("shape", self.shape), self.heights)):
+            if np.any(moved[slab.moving :]):
+                frozen = f"the lowest {len(moved) - slab.moving} {'layers' if slab.one_to_one else 'atoms'}"
+                raise ArgumentError(name, moved, f"zero in the frozen base, {frozen}")
+        above = slab.positions.reshape(-1, 3)[: slab.surface_atoms].reshape(*slab.shape, 3)
+        if self.shape is not None and (apart := misfit(check_shape("shape", self.shape), self.heights, above)):
             raise ArgumentError("shape", self.shape, f"one of these heights; its own differ by up to {apart:.2g} a0")
 
     def _check_numbers(self) -> None:
@@ -170,9 +181,12 @@ class Deck:
                     '"formulas" or "plugin" where the wall is a function of the lattice site: atoms act where they are'
                 )
                 raise ArgumentError("wall_force", self.wall_force, allowed)
+            if not self.slab.one_to_one:
+                allowed = f'"formulas" or "plugin" above {self.slab.name}: a wall of atoms continues fcc(100)'
+                raise ArgumentError("wall_force", self.wall_force, allowed)
             instance("wall_crystal", self.wall_crystal, WallCrystal)
             # If there is no such crystal, the reason is raised.
-            crystal_wall.crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)
+            crystal_wall.crystal_wall(self.wall, self.shape, self.slab.grid.shape, self.wall_crystal)
         number("wall_tolerance", self.wall_tolerance, above=0)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")
@@ -191,21 +205,31 @@ class Deck:
         """The atoms of the wall; None if it has none."""
         if self.wall_force != "atoms" or self.shape is None:
             return None
-        return crystal_wall.crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)
+        return crystal_wall.crystal_wall(self.wall, self.shape, self.slab.grid.shape, self.wall_crystal)
 
     @property
     def start(self) -> Real:
-        """Displacements to start from, shape (layers, nx, ny, 3), in a0."""
+        """Displacements to start from, shape (*slab.ids.shape, 3), in a0."""
         assert self.displacements is not None
         return self.displacements
 
     @property
     def rest(self) -> Real:
-        """Positions of the atoms at rest without a wall, shape (layers, nx, ny, 3), in a0."""
+        """Positions of the atoms at rest without a wall, shape (*slab.ids.shape, 3), in a0."""
         assert self.rise is not None
         at = self.slab.positions.copy()
-        at[..., 2] += self.rise[:, None, None]
+        at[..., 2] += self.rise.reshape(-1, *(at.ndim - 2) * (1,))
         return at
+
+    @cached_property
+    def surface(self) -> float:
+        """Height of the surface at rest, that of its median atom, in a0."""
+        return float(np.median(self.rest[..., 2].ravel()[: self.slab.surface_atoms]))
+
+    @property
+    def profile(self) -> Real:
+        """Heights of the wall at the points of the grid, in a0."""
+        return self.heights if self.wall_map is None else self.wall_map
 
 
 def _set_array(deck: Deck, name: str, values: Real, shape: tuple[int, ...]) -> None:
@@ -218,17 +242,21 @@ def _set_array(deck: Deck, name: str, values: Real, shape: tuple[int, ...]) -> N
 def render(deck: Deck) -> dict[str, str]:
     """Names and texts of the files of a deck, without its atoms."""
     model, wall, protocol, slab, shape = deck.model, deck.wall, deck.protocol, deck.slab, deck.shape
-    surface_atoms = slab.ids[0].size
+    surface_atoms, area = slab.surface_atoms, slab.area
     values: dict[str, object] = {
         "units": model.units,
         "length": model.length,
-        "force": model.energy / model.length,
-        "energy": model.energy,
-        "element": model.element,
+        "reduced_force": model.energy / model.length,
+        "force": area * model.energy / model.length,
+        "energy": area * model.energy,
+        "element": " ".join(model.elements),
+        "slab": slab.name,
+        "a_slab": f"{'an' if slab.name[0] == 'f' else 'a'} {slab.name}",
+        "units_of_area": "" if slab.one_to_one else filled(read_template("area"), {"area": area}),
         "separation": deck.separation,
         "tolerance": deck.tolerance,
         "evaluations": deck.evaluations,
-        "surface": deck.rest[0, 0, 0, 2],
+        "surface": deck.surface,
         "law": native_law(wall, deck.wall_tolerance).lines,
         "zero_gap": wall.zero_gap,
         "reach": wall.zero_gap + wall.range,
@@ -237,7 +265,7 @@ def render(deck: Deck) -> dict[str, str]:
         "settings": model.settings(),
         "interactions": model.interactions(),
         "surface_atoms": surface_atoms,
-        "mobile_atoms": slab.mobile * surface_atoms,
+        "mobile_atoms": slab.mobile_atoms,
         "timestep": model.timestep * time_unit(model),
         "real_units": _real_units(deck),
         "atoms": slab.size,
@@ -249,7 +277,7 @@ def render(deck: Deck) -> dict[str, str]:
         "notes": "".join(f"{textwrap.fill(''.join(filter(str.isprintable, note)), 118)}\n" for note in deck.notes),
         "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
         "package": "that of the pair_style" if model.files else "EXTRA-PAIR",
-        "lost": LOST,
+        "lost": slab.lost,
         "core": NO_CORE,
         "results": "",
         "steps": 1,
@@ -263,16 +291,17 @@ def render(deck: Deck) -> dict[str, str]:
     chosen = ChainMap(*(tomllib.loads(read_template("words.toml"))[kind] for kind in reversed(kinds)))
     if protocol is not None:
         values |= {"results": ".N", "steps": protocol.steps, "separations": listing(protocol.separations)}
-        values |= protocol.placeholders(model, slab.mobile, surface_atoms)
+        values |= protocol.placeholders(model, slab)
     texts, crystal = {"wall.table": wall_table(wall, deck.wall_tolerance)}, deck.crystal
-    texts["wall.vtk"] = disk.wall_mesh(deck.heights, deck.separation + float(deck.rest[0, 0, 0, 2]), model.length)
+    texts["wall.vtk"] = disk.wall_mesh(
+        deck.profile, deck.separation + deck.surface, model.length, spacing=slab.grid.spacing
+    )
     if deck.wall_force == "plugin":
         values["core"] = max(wall.core, NO_CORE)
-        texts |= {plugin.SOURCE: plugin.plugin_source(), plugin.MAP: plugin.wall_map(wall, shape, slab.shape)}
+        texts |= {plugin.SOURCE: plugin.plugin_source(), plugin.MAP: plugin.wall_map(wall, shape, slab.grid)}
     if crystal is not None:
         values["interactions"] = crystal_wall.interactions_beside(model, crystal.strength)
-        at_rest = float(deck.rest[0, 0, 0, 2])
-        texts[crystal_wall.DATA] = crystal_wall.crystal_data(crystal, model, slab.shape, at_rest)
+        texts[crystal_wall.DATA] = crystal_wall.crystal_data(crystal, model, slab.grid.shape, deck.surface)
     values |= {name: filled(text, values) for name, text in chosen.items()}
     values["acts"] = filled(read_template(f"wall.{deck.wall_force}"), values)
     names = (*SCRIPTS[1:], included, *(() if crystal is None else ("in.place",)))
@@ -300,10 +329,9 @@ def _real_units(deck: Deck) -> str:
     if real is None:
         return ""
     newtons, pascals = real.si("force") / scipy.constants.nano, real.si("pressure") / scipy.constants.giga
-    area = deck.slab.ids[0].size
     return (
-        f'  "load_nN": $(v_load*{formatted(newtons)}:%.17g),\n'
-        f'  "mean_pressure_GPa": $(v_load*{formatted(pascals / area)}:%.17g),\n'
+        f'  "load_nN": $(v_load*{formatted(newtons * deck.slab.area)}:%.17g),\n'
+        f'  "mean_pressure_GPa": $(v_load*{formatted(pascals / deck.slab.surface_atoms)}:%.17g),\n'
     )
 
 
@@ -359,11 +387,14 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
         with whole(directory / "slab.data") as file:
             _write_data(file, deck)
         with whole(directory / disk.HEIGHTS) as file:
-            disk.write_atoms(file, deck.slab.ids[0], deck.heights)
+            disk.write_atoms(file, deck.slab.ids.ravel()[: deck.slab.surface_atoms], deck.heights)
         with whole(directory / "slab.start") as file:
             for axis in range(3):
-                mobile = slice(0, deck.slab.mobile)
+                mobile = slice(0, deck.slab.moving)
                 disk.write_atoms(file, deck.slab.ids[mobile], deck.start[mobile, ..., axis])
+        if deck.wall_map is not None:
+            with whole(directory / disk.MAP) as file:
+                np.save(file, deck.wall_map)
         if deck.stiffness is not None:
             with whole(directory / "stiffness.npy") as file:
                 np.save(file, deck.stiffness)
@@ -394,10 +425,10 @@ def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
         "step_keys": keys,
         **({} if protocol is None else protocol.about()),
         "wall": {"law": law, **numbers},
-        "element": deck.model.element,
+        "element": " ".join(deck.model.elements),
         "model": deck.model.reference,
         "bonded": deck.model.atom_style == "bond",
-        "surface": float(deck.rest[0, 0, 0, 2]),
+        "surface": deck.surface,
         "heights": hashlib.sha256(heights.tobytes()).hexdigest(),
         "notes": list(deck.notes),
         "length": deck.model.length,
@@ -410,19 +441,23 @@ def _write_data(file: BinaryIO, deck: Deck) -> None:
     """``slab.data``: the slab at rest."""
     slab, model = deck.slab, deck.model
     bonds = model.atom_style == "bond"
-    nx, ny = slab.shape
-    ids = slab.ids.ravel()
+    nx, ny = slab.grid.lengths
+    ids, kinds = slab.ids.ravel(), len(model.elements)
     # Two spacings of room on both sides, and up to the highest point of the wall, to which adhesion may lift an atom:
     # nothing leaves the box.
-    low = -slab.layers * LAYER_SPACING - 2
+    low = slab.bottom - 2
     highest = max(deck.protocol.separations) if deck.protocol else deck.separation
-    high = 2 + max(0.0, highest + float(deck.heights.max()))
+    high = 2 + max(0.0, deck.surface if not slab.one_to_one else 0.0, highest + float(deck.heights.max()))
     ends = [formatted(model.length * value) for value in (nx, ny, low, high)]
     file.write(
-        f"{disk.TITLE.format(nx, ny, slab.mobile, slab.frozen)}\n\n"
-        f"{slab.size} atoms\n1 atom types\n{'1 bond types' if bonds else ''}\n\n"
+        f"{disk.title_of(slab, model.length)}\n\n"
+        f"{slab.size} atoms\n{kinds} atom types\n{'1 bond types' if bonds else ''}\n\n"
         f"0 {ends[0]} xlo xhi\n0 {ends[1]} ylo yhi\n{ends[2]} {ends[3]} zlo zhi\n\n"
-        f"Masses\n\n1 {formatted(model.mass)} # {model.element}\n\nAtoms # {model.atom_style}\n\n".encode()
+        "Masses\n\n".encode()
     )
-    kind = "%d 1 1" if bonds else "%d 1"  # molecule and type, or type
-    disk.write_rows(file, f"{kind} %.17g %.17g %.17g\n", ids, model.length * deck.rest.reshape(-1, 3))
+    for i, (element, mass) in enumerate(zip(model.elements, model.masses, strict=True), 1):
+        file.write(f"{i} {formatted(mass)} # {element}\n".encode())
+    file.write(f"\nAtoms # {model.atom_style}\n\n".encode())
+    kind = "%d 1 %d" if bonds else "%d %d"  # molecule and type, or type
+    rows = np.column_stack([slab.types + 1, model.length * deck.rest.reshape(-1, 3)])
+    disk.write_rows(file, f"{kind} %.17g %.17g %.17g\n", ids, rows)

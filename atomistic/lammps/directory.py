@@ -9,12 +9,12 @@ import json
 import re
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.crystal.crystal import Slab
+from atomistic.crystal.crystal import AnySlab, AtomSlab, Slab
 from atomistic.lammps.law import read_law
 from continuum.errors import OutputError
 from continuum.files.output import MARK, locked
@@ -26,7 +26,12 @@ FORMAT = "stickiness deck 4"
 HEIGHTS = "wall.heights"
 """File of the heights of the wall in a deck."""
 TITLE = "fcc(100) slab of {} x {} atoms x ({} mobile + {} frozen) layers, at rest"
-"""First line of ``slab.data``."""
+"""First line of ``slab.data`` of fcc(100), whose sites follow from these numbers."""
+OTHER_TITLE = "{} slab of {} surface + {} mobile + {} frozen atoms, at rest: a0 = {!r}, neighbours within {!r} a0"
+"""That of any other slab, whose sites are the positions in the file."""
+_OTHER = re.compile(re.sub(r"\\{(!r)?\\}", r"(\\S+)", re.escape(OTHER_TITLE)))
+MAP = "wall.npy"
+"""Heights of the wall at the points of a grid, where these are not the surface atoms."""
 OUTPUTS = re.compile(
     r"(?:result(\.\d+)?\.json)|(?:(?:surface|state)(\.\d+)?\.dump)|(?:log(\.\d+)?\.lammps)|(?:height(\.\d+)?\.txt)"
 )
@@ -95,10 +100,20 @@ def remove_outputs(directory: Path, keep: int = 0) -> None:
             entry.unlink(missing_ok=True)
 
 
-def read_slab(path: Path) -> Slab:
+def title_of(slab: AnySlab, length: float) -> str:
+    """First line of ``slab.data``, for a0 in LAMMPS' unit of length."""
+    if slab.one_to_one:
+        return TITLE.format(*slab.shape, slab.mobile, slab.size // slab.surface_atoms - slab.mobile)
+    surface, mobile = slab.surface_atoms, slab.mobile_atoms
+    return OTHER_TITLE.format(slab.name, surface, mobile - surface, slab.size - mobile, length, slab.lost)
+
+
+def read_slab(path: Path) -> AnySlab:
     """The slab of a ``slab.data``; raises ValueError if the file does not belong to a deck."""
     with Path(path).open(encoding="utf-8") as file:
         title = file.readline().strip()
+        if found := _OTHER.fullmatch(title):
+            return _read_atoms(file, *found.groups())
     numbers = [int(formatted) for formatted in re.findall(r"\d+", title)]
     if len(numbers) != 5 or title != TITLE.format(*numbers[1:5]):
         raise ValueError(f"{path} is not the slab.data of a deck: it begins with {title[:80]!r}")
@@ -106,14 +121,30 @@ def read_slab(path: Path) -> Slab:
     return Slab((nx, ny), mobile, frozen)
 
 
-def read_heights(path: Path) -> Real:
-    """Heights of the wall above the lattice sites of the surface atoms, shape (nx, ny), in a0, of a ``slab.data``.
+def _read_atoms(file: TextIO, name: str, surface: str, mobile: str, frozen: str, length: str, lost: str) -> AtomSlab:
+    """The slab of the lines below its title."""
+    a0, size, ends = float(length), int(surface) + int(mobile) + int(frozen), list[float]()
+    for line in file:
+        if line.rstrip().endswith("hi"):
+            ends.append(float(line.split()[1]))
+        if line.startswith("Atoms"):
+            rows = np.loadtxt(itertools.islice(file, 1, 1 + size), ndmin=2)
+            types, period, moving = rows[:, -4].astype(np.int64) - 1, (ends[0] / a0, ends[1] / a0), size - int(frozen)
+            return AtomSlab(name, period, rows[:, -3:] / a0, types, int(surface), moving, float(lost))
+    raise ValueError(f"{file.name} ends before its atoms")
 
-    They stand beside it in ``wall.heights``; in decks of earlier versions, in a section of it.
+
+def read_heights(path: Path) -> Real:
+    """Heights of the wall at the points of the grid of a ``slab.data``, its surface atoms, shape (nx, ny), in a0.
+
+    They stand beside it in ``wall.heights``, or of other slabs than fcc(100) in ``wall.npy``; in decks of earlier
+    versions, in a section of it.
 
     Raises ValueError if the file does not belong to a deck.
     """
     path = Path(path)
+    if path.with_name(MAP).is_file():
+        return np.asarray(np.load(path.with_name(MAP)), dtype=np.float64)
     shape = read_slab(path).shape
     beside = path.with_name(HEIGHTS)
     with (beside if beside.is_file() else path).open(encoding="utf-8") as file:
@@ -147,21 +178,28 @@ def write_rows(file: BinaryIO, form: str, ids: NDArray[np.int64], values: Real) 
         file.write((form * len(rows) % tuple(rows.ravel().tolist())).encode())
 
 
-def wall_mesh(heights: Real, level: float, length: float, offset: tuple[float, float] = (0.0, 0.0)) -> str:
+def wall_mesh(
+    heights: Real,
+    level: float,
+    length: float,
+    offset: tuple[float, float] = (0.0, 0.0),
+    spacing: tuple[float, float] = (1.0, 1.0),
+) -> str:
     """The wall as triangles, in legacy VTK, which OVITO and ParaView show above the atoms: text of a file.
 
     The mesh includes both ends of the period.
 
     Parameters
     ----------
-    heights : heights of the wall above each surface atom, shape (nx, ny), in a0.
+    heights : heights of the wall at the points of the grid, in a0.
     level : height of its zero above the lattice plane of the surface, in a0: separation plus rise of the surface.
     length : a0 in LAMMPS' unit of length, in which the mesh is written.
     offset : offset of the wall along x and y, in a0.
+    spacing : distances of the points of the grid along x and y, in a0.
     """
     z = length * (level + np.pad(heights, ((0, 1), (0, 1)), mode="wrap"))
     nx, ny = z.shape
-    axes = (np.arange(n) + shift for n, shift in zip(z.shape, offset, strict=True))
+    axes = (np.arange(n) * step + shift for n, step, shift in zip(z.shape, spacing, offset, strict=True))
     x, y = (length * axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
     points = np.column_stack([x, y, z.ravel()])
     corner = (np.arange(nx - 1)[:, None] * ny + np.arange(ny - 1)).ravel()

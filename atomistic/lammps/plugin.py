@@ -23,11 +23,13 @@ from atomistic.lammps.language import formatted
 from atomistic.lammps.shape import Shape, map_of
 from continuum.errors import InputError
 from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.walls import Wall
 
 SOURCE, LIBRARY, MAP = "heightmap.cpp", "heightmap.so", "wall.map"
 """Files of the plugin in a deck: its source, the library, and the heights and law that it reads."""
 FLAGS = ("-std=c++17", "-O3", "-fPIC", "-shared", "-DLAMMPS_SMALLBIG")
+"""Of a LAMMPS with 32-bit numbers of atoms, the usual one."""
 PRECISION = 1e-12
 """Tolerance of tractions in ``wall.map``, relative to the largest tension, or to the traction if that is larger."""
 _MOST_PIECES = 100_000
@@ -41,6 +43,14 @@ import ctypes, sys
 for name in sys.argv[1:]:
     found = ctypes.CDLL(name, ctypes.RTLD_GLOBAL)
 found.lammpsplugin_init"""
+_ASK = """\
+import ctypes, sys
+found = ctypes.CDLL(sys.argv[1], ctypes.RTLD_GLOBAL)
+found.lammps_open_no_mpi.restype = ctypes.c_void_p
+words = (ctypes.c_char_p * 5)(b"lmp", b"-log", b"none", b"-screen", b"none")
+here = ctypes.c_void_p(found.lammps_open_no_mpi(5, words, None))
+print(found.lammps_version(here), found.lammps_extract_setting(here, b"tagint"))"""
+"""Prints the version of LAMMPS and the bytes of its numbers of atoms."""
 
 
 class PluginError(InputError):
@@ -62,20 +72,24 @@ def plugin_library() -> bytes:
         raise PluginError(f"there is no C++ compiler (c++, g++, CXX) for the plugin: {_WITHOUT} needs none")
     lammps, *headers = _installed()
     strings = (OLD_STRINGS,) if b"5Error3allERKSs" in lammps.read_bytes() else ()
-    words = [compiler, *FLAGS, *strings, *(f"-I{place}" for place in headers), SOURCE, "-o", LIBRARY]
+    # LAMMPS finds its MPI beside the headers of that.
+    places = [str(headers[-1].parent / "lib"), *filter(None, [os.environ.get("LD_LIBRARY_PATH")])]
+    found = {"LD_LIBRARY_PATH": os.pathsep.join(places)}
+    version, width = _run([sys.executable, "-c", _ASK, str(lammps)], ".", f"{lammps} does not start", **found).split()
+    flags = [*FLAGS[:-1], "-DLAMMPS_BIGBIG" if width == "8" else FLAGS[-1], f"-DBUILT_FOR={version}"]
+    words = [compiler, *flags, *strings, *(f"-I{place}" for place in headers), SOURCE, "-o", LIBRARY]
     with tempfile.TemporaryDirectory() as scratch:
         (Path(scratch) / SOURCE).write_text(plugin_source(), encoding="utf-8")
         _run(words, scratch, f"{' '.join(words)} failed")
-        # As LAMMPS would load it.  Its MPI lies beside the headers of that.
-        places = [str(headers[-1].parent / "lib"), *filter(None, [os.environ.get("LD_LIBRARY_PATH")])]
+        # As LAMMPS would load it.
         load = [sys.executable, "-c", _LOAD, str(lammps), str(Path(scratch) / LIBRARY)]
         failed = f"{' '.join(words)} built no plugin that {lammps} can load"
-        _run(load, scratch, failed, LD_LIBRARY_PATH=os.pathsep.join(places))
+        _run(load, scratch, failed, **found)
         return (Path(scratch) / LIBRARY).read_bytes()
 
 
-def _run(words: list[str], folder: str, failed: str, **variables: str) -> None:
-    """Run a command in a folder; raises PluginError if it fails, which is said so."""
+def _run(words: list[str], folder: str, failed: str, **variables: str) -> str:
+    """Run a command in a folder; returns what it prints, or raises PluginError if it fails, which is said so."""
     try:
         done = subprocess.run(words, cwd=folder, capture_output=True, text=True, env=os.environ | variables)
     except OSError as error:
@@ -83,6 +97,7 @@ def _run(words: list[str], folder: str, failed: str, **variables: str) -> None:
     if done.returncode:
         said = "\n".join(done.stderr.strip().splitlines()[-5:])
         raise PluginError(f"{failed}; {_WITHOUT} needs no plugin\n{said}")
+    return done.stdout
 
 
 def _installed() -> tuple[Path, Path, Path]:
@@ -101,15 +116,15 @@ def _installed() -> tuple[Path, Path, Path]:
     return library, headers, mpi.resolve()
 
 
-def wall_map(wall: Wall, shape: Shape | None, size: tuple[int, int]) -> str:
+def wall_map(wall: Wall, shape: Shape | None, grid: Grid) -> str:
     """``wall.map``: heights over the period and the law, for the plugin.
 
     Parameters
     ----------
     shape : None for a wall of the lattice site, whose heights stand in ``wall.heights``: then the map is not used.
-    size : (nx, ny), sites.
+    grid : of the map.
     """
-    heights = np.zeros((1, 1)) if shape is None else map_of(shape, size)
+    heights = np.zeros((1, 1)) if shape is None else map_of(shape, grid)
     nx, ny = heights.shape
     law = pieces_of_law(wall)
     beyond = float(wall.evaluate(law.x[-1:]).energy[0])

@@ -11,7 +11,8 @@ from typing import ClassVar, Literal, Self
 
 import numpy as np
 
-from atomistic.crystal.model import Model
+from atomistic.crystal.crystal import AnySlab
+from atomistic.crystal.model import AnyModel
 from atomistic.lammps.language import filled, formatted, listing, read_template
 from continuum.model.walls import Wall
 
@@ -49,8 +50,8 @@ class Protocol:
         """Its entries in ``deck.json`` beside the number of steps."""
         return {}
 
-    def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
-        """Placeholders of its scripts, for a number of mobile layers and atoms in each."""
+    def placeholders(self, model: AnyModel, slab: AnySlab) -> dict[str, str]:
+        """Placeholders of its scripts."""
         return {}
 
     def misfit(self, mobile: int, *, stays: bool) -> tuple[str, object, str] | None:
@@ -96,11 +97,11 @@ class MeanPressures(Protocol):
     def each_step(self) -> Sequence[tuple[object, ...]]:
         return [(*numbers, self.stiffness) for numbers in zip(self.pressures, self.separations, strict=True)]
 
-    def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
+    def placeholders(self, model: AnyModel, slab: AnySlab) -> dict[str, str]:
         return {
             "pressures": listing(self.pressures),
             "load_tolerance": f"{LOAD_TOLERANCE:g}",
-            "stiffness": formatted(self.stiffness * surface_atoms),
+            "stiffness": formatted(self.stiffness * slab.surface_atoms),
             "largest_move": "0.2",
         }
 
@@ -139,25 +140,19 @@ BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
 """LAMMPS' own, in its units."""
 
 
-def time_unit(model: Model) -> float:
+def time_unit(model: AnyModel) -> float:
     """a0 (m/(E* a0³))^(1/2) in LAMMPS' unit of time."""
     # In units metal, mass velocity² in u (Å/ps)² becomes energy in eV by this factor (LAMMPS' mvv2e).
     mvv2e = 1.0364269e-4 if model.units == "metal" else 1.0
     return float(np.sqrt(mvv2e * model.mass * model.length**2 / model.energy))
 
 
-def vibration_timestep(model: Model, beside: float = 0.0) -> float:
-    """A time step for the stiffest vibration, in a0 (m/(E* a0³))^(1/2).
-
-    ω² = 8 k/m of springs with the elastic constants of the crystal, k = √2 C44 a0 or C11 a0/√2, and a stiffness
-    ``beside`` it, in E* a0.
-    """
-    c11, _, c44 = model.elastic_constants
-    springs = 8 * max(np.sqrt(2) * c44, c11 / np.sqrt(2))
-    return float(2 * np.pi / np.sqrt(springs + beside) / _PER_PERIOD)
+def vibration_timestep(model: AnyModel, beside: float = 0.0) -> float:
+    """A time step for the stiffest vibration, and a stiffness ``beside`` it, in E* a0; in a0 (m/(E* a0³))^(1/2)."""
+    return float(2 * np.pi / np.sqrt(model.stiffest + beside) / _PER_PERIOD)
 
 
-def largest_timestep(model: Model, wall: Wall) -> float:
+def largest_timestep(model: AnyModel, wall: Wall) -> float:
     """A time step for the stiffest vibration under a wall that pushes with E*, as much as any contact does.
 
     In a0 (m/(E* a0³))^(1/2).
@@ -167,22 +162,22 @@ def largest_timestep(model: Model, wall: Wall) -> float:
     return vibration_timestep(model, max(0.0, float(law.stiffness[law.traction <= 1].max())))
 
 
-def swing(model: Model, depth: float) -> float:
+def swing(model: AnyModel, depth: float) -> float:
     """Angular frequency of the slowest vibration of a slab, up and down as a whole, in (E* a0³/m)^(1/2)/a0.
 
-    A quarter of its wave is as long as the slab is deep: ω = π c/(2 depth), with c² = C11 over the density √2 m/a0³.
+    A quarter of its wave is as long as the slab is deep: ω = π c/(2 depth), with c² = C11 over the density.
     """
-    return float(np.pi * np.sqrt(model.elastic_constants[0] / np.sqrt(2)) / (2 * depth))
+    return float(np.pi * np.sqrt(model.normal_stiffness / model.density) / (2 * depth))
 
 
-def impedance(model: Model) -> float:
-    """Pressure of a wave of compression along [001] over the velocity of its atoms, ρ c = √(√2 C11 m/a0³).
+def impedance(model: AnyModel) -> float:
+    """Pressure of a wave of compression across the slab over the velocity of its atoms, ρ c = √(ρ C11).
 
     In (E* m/a0³)^(1/2).  A wall that gives way to a pressure p at the velocity p/(ρ c) sends no such wave back where it
     touches all over, and follows a slab within the time that sound takes to cross it (Lysmer and Kuhlemeyer, J. Eng.
     Mech. Div. 95, 859 (1969), the viscous boundary); a softer contact in as much longer a time as it is softer.
     """
-    return float(np.sqrt(np.sqrt(2) * model.elastic_constants[0]))
+    return float(np.sqrt(model.density * model.normal_stiffness))
 
 
 @dataclass(frozen=True)
@@ -201,7 +196,7 @@ class Motion(Protocol):
     damping : its time constant.
     seed : seed of the initial velocities and of the thermostat.
     timestep : largest time step.
-    along : direction of the offsets.
+    along : direction of the offsets: an axis, or the angle from x to y, in degrees.
     hold : number of first windows in which the thermostat acts on all mobile layers, so that the slab comes to rest.
     hold_damping : time constant in these windows; ``damping`` if None.
     pressure : constant mean pressure of the wall, in E*, compression positive; the wall starts at the first
@@ -217,7 +212,7 @@ class Motion(Protocol):
     damping: float
     seed: int
     timestep: float
-    along: Literal["x", "y"] = "x"
+    along: Literal["x", "y"] | float = "x"
     hold: int = 0
     hold_damping: float | None = None
     pressure: float | None = None
@@ -270,10 +265,11 @@ class Motion(Protocol):
 
     def about(self) -> Mapping[str, object]:
         kept = {} if self.pressure is None else {"pressure": self.pressure}
+        kept |= {} if isinstance(self.along, str) else {"along": self.along}
         return {"temperature": self.temperature, "hold": self.hold, "dwell": self.dwell,
                 "averaged": self.averaged, **kept}  # fmt: skip
 
-    def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
+    def placeholders(self, model: AnyModel, slab: AnySlab) -> dict[str, str]:
         unit, boltzmann = time_unit(model), BOLTZMANN[model.units]
         temperature = self.temperature * model.energy / boltzmann
         count = len(AVERAGES)
@@ -296,8 +292,7 @@ class Motion(Protocol):
             "to": listing(self.separations[1:]),
             "slide_from": listing(self.offsets[:-1]),
             "slide_to": listing(self.offsets[1:]),
-            "along": self.along,
-            "across": "y" if self.along == "x" else "x",
+            **self._ways(),
             "blocks": listing(self.block),
             "timesteps": listing([unit * dt for dt in self.timesteps]),
             "twice_temperature": formatted(2 * temperature),
@@ -307,9 +302,10 @@ class Motion(Protocol):
             "layers": f"{self.layers:d}",
             "hold": f"{self.hold:d}",
             "thermostatted": listing(["mobile" if i < self.hold else "warm" for i in range(self.steps)]),
-            "first_warm": f"{(mobile - self.layers) * surface_atoms + 1:d}",
+            "first_warm": f"{slab.mobile_atoms - self.layers * slab.surface_atoms + 1:d}",
             "dampings": listing([unit * self._damping(i) for i in range(self.steps)]),
-            "boltzmann": formatted(boltzmann),
+            "boltzmann": formatted(boltzmann * slab.area),
+            "kinetic": formatted(1.5 / slab.area),
             "sampled": f"{SAMPLED:d}",
             "window_blocks": f"{BLOCKS:d}",
             "averaged": " ".join(AVERAGES.values()),
@@ -318,10 +314,27 @@ class Motion(Protocol):
             "means": "\n".join(means),
             "averages": "".join(averages),
             "velocities": " vx vy vz",
-            **self._height(model, surface_atoms),
+            **self._height(model, slab),
         }
 
-    def _height(self, model: Model, surface_atoms: int) -> dict[str, str]:
+    def _ways(self) -> dict[str, str]:
+        """The offset along x and y, the sliding distance of a window, and the force along it."""
+        slid, line = "${slide_from}+v_done*(${slide_to}-(${slide_from}))", "variable        offset_{} equal {}"
+        if not isinstance(self.along, str):
+            x, y = (formatted(float(f(np.deg2rad(self.along)))) for f in (np.cos, np.sin))
+            return {
+                "along": f"{self.along:g} degrees from x", "moved": "x",
+                "work_along": f"({x}*v_mean_lateral_x+{y}*v_mean_lateral_y)",
+                "offsets": "\n".join(line.format(name, f"({way})*({slid})") for name, way in (("x", x), ("y", y))),
+                "there": f"variable        there string $(v_offset_y:%.17g)\n{line.format('y', '${there}')}\n",
+            }  # fmt: skip
+        across = "y" if self.along == "x" else "x"
+        return {
+            "along": self.along, "work_along": f"v_mean_lateral_{self.along}", "there": "", "moved": self.along,
+            "offsets": f"{line.format(self.along, slid)}\n{line.format(across, '0.0')}",
+        }  # fmt: skip
+
+    def _height(self, model: AnyModel, slab: AnySlab) -> dict[str, str]:
         """Commands for the height of the wall: given, or from the load."""
         if self.pressure is None:
             return {
@@ -329,14 +342,14 @@ class Motion(Protocol):
                 "follow": "", "unfollow": "", "height_left": "",
                 "here": "v_separation", "taken": "0.0", "work_up": "-v_mean_load*(v_to-v_from)",
             }  # fmt: skip
-        drag, time = impedance(model) * surface_atoms, time_unit(model)
+        drag, time = impedance(model) * slab.surface_atoms, time_unit(model)
         values = {
             "rate": 1 / (drag * time),
-            "load": self.pressure * surface_atoms,
+            "load": self.pressure * slab.surface_atoms,
             "pressure": f"{self.pressure:.6g}",
             "temperature": self.temperature * model.energy / BOLTZMANN[model.units],
-            "damping": time
-            / drag,  # the drag m/damping of each atom of the base is that of the wall, divided among them
+            # The drag m/damping of each atom of the base is that of the wall, divided among them.
+            "damping": time / (drag * slab.area),
             "seed": self.seed + _OTHER_SEED,
         }
         return {

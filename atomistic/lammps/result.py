@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.crystal.crystal import Slab, distortion, slipped
+from atomistic.crystal.crystal import AnySlab, distortion, slipped
 from atomistic.lammps.directory import FORMAT, finished_steps, read_slab
 from atomistic.lammps.protocol import ENERGIES, LOAD_TOLERANCE
 from continuum.errors import InputError, StickinessError
@@ -61,9 +61,13 @@ class DeckStatus(enum.Enum):
 
 @dataclass(frozen=True, eq=False)
 class DeckResult:
-    """The last state of a run.  Arrays are in the order of :class:`atomistic.crystal.crystal.Slab`."""
+    """The last state of a run.
 
-    slab: Slab
+    Arrays over the surface atoms have the shape ``slab.shape``, those over all atoms ``slab.ids.shape``: of fcc(100)
+    (nx, ny) and (layers, nx, ny).
+    """
+
+    slab: AnySlab
     heights: Real = field(repr=False)
     """Heights of the wall above each surface atom, shape (nx, ny), in a0."""
     gap: Real = field(repr=False)
@@ -109,7 +113,7 @@ class DeckResult:
     @property
     def load_rep(self) -> float:
         """Repulsive part of the force of the wall, in E* a0²."""
-        return float(self.traction[self.traction > 0].sum())
+        return float(self.traction[self.traction > 0].sum()) * self.slab.area
 
     @property
     def mean_gap(self) -> float:
@@ -130,8 +134,8 @@ class DeckResult:
 
     @property
     def faulted(self) -> int:
-        """Number of atoms in stacking faults, hcp among fcc ones; -1 if nobody looked."""
-        if self.structure is None:
+        """Number of atoms in stacking faults, hcp among fcc ones; -1 if nobody looked, or the crystal is another."""
+        if self.structure is None or not self.slab.name.startswith("fcc"):
             return 0 if self.bonded else -1
         return int(np.count_nonzero(self.structure == HCP))
 
@@ -195,6 +199,8 @@ class DeckDescription:
     """Number of following windows in which the wall rests."""
     averaged: Sequence[int] = ()
     """First window of the means, and the one after the last; empty in a deck of an earlier version."""
+    along: float | None = None
+    """Direction of sliding, from x to y, in degrees; None along an axis."""
     pressure: float | None = None
     """Constant mean pressure of a sliding wall, in E*; None at constant separation."""
 
@@ -242,7 +248,7 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
         slab = read_slab(directory / "slab.data")
         numbers = json.loads((directory / f"result{mark}.json").read_text(encoding="utf-8"))
         log = (directory / f"log{mark}.lammps").read_text(encoding="utf-8", errors="replace")
-        surface = _read_dump(directory / f"surface{mark}.dump", slab.ids[0].size)
+        surface = _read_dump(directory / f"surface{mark}.dump", slab.surface_atoms)
         state = _read_dump(directory / f"state{mark}.dump", slab.size)
         return replace(_result(slab, numbers, log, surface, state), bonded=description.bonded)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
@@ -250,11 +256,17 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
         raise DeckError(msg) from error
 
 
-def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows) -> DeckResult:
+def _result(slab: AnySlab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows) -> DeckResult:
     known = [values for rows in (surface, state) for values in rows.values()]
     if not all(map(math.isfinite, numbers.values())) or not all(np.isfinite(values).all() for values in known):
         raise ValueError("it has numbers that are not finite: check separation and start")
     minimisers = re.findall(r"Iterations, force evaluations = \d+ (\d+)", log)
+    # LAMMPS counts forces in E* and energies in E* a0, times the area of a surface atom.
+    totals = {**{c.name: c for c in fields(DeckResult) if c.metadata.get("units") in ("E* a0^2", "E* a0^3")},
+              **dict.fromkeys(FORCES), **dict.fromkeys(ENERGIES), "load_rep": None}  # fmt: skip
+    for name in numbers:
+        if name.removeprefix("mean_").removeprefix("error_") in totals:
+            numbers[name] *= slab.area
     averages = {
         name.removeprefix("mean_"): (value, numbers[name.replace("mean_", "error_", 1)])
         for name, value in numbers.items()
@@ -262,7 +274,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
     }
     loops = [int(steps) for steps in re.findall(r"Loop time of .* for (\d+) steps", log)]
     evaluations = sum(map(int, minimisers)) + loops.count(0) + (sum(loops) if averages else 0)
-    sites = (slab.layers, *slab.shape, 3)
+    sites = (*slab.ids.shape, 3)
     length, force = numbers["length_unit"], numbers["force_unit"]
     vectors = [np.stack([state[name] for name in names], axis=-1) for names in (_DISPLACEMENT, ("fx", "fy", "fz"))]
     own = {column.name: column.name for column in fields(DeckResult)} | FORCES
@@ -270,7 +282,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
         slab=slab,
         step=int(numbers.pop("step")),
         evaluations=evaluations,
-        structure=np.rint(state["structure"]).astype(np.int64).reshape(sites[:3]) if "structure" in state else None,
+        structure=np.rint(state["structure"]).astype(np.int64).reshape(sites[:-1]) if "structure" in state else None,
         averages=averages,
         energies={name: numbers[name] for name in ENERGIES if name in numbers},
         lammps_version=int(numbers.pop("lammps_version")),
@@ -278,7 +290,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
         traction=surface["traction"].reshape(slab.shape),
         heights=surface["wall_height"].reshape(slab.shape),
         displacements=vectors[0].reshape(sites) / length,
-        forces=vectors[1].reshape(sites) / force,
+        forces=vectors[1].reshape(sites) / force * slab.area,
         **{own[name]: float(value) for name, value in numbers.items() if name in own},  # type: ignore[arg-type]
     )
 

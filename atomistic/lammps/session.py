@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from atomistic.crystal.model import Potential
+from atomistic.crystal.model import AnyCrystalModel, Potential
 from atomistic.lammps.directory import read_slab
 from atomistic.lammps.engine import guard, open_library
 from atomistic.lammps.result import LammpsError
@@ -48,6 +49,10 @@ class LammpsHandle:
         self.command("run 0 post no")
         return float(self._lammps.get_thermo("pe")), self._gathered("f").reshape(at.shape)
 
+    def positions(self) -> Real:
+        """Positions of all atoms, shape (n, 3)."""
+        return self._gathered("x").reshape(-1, 3)
+
     def _gathered(self, name: str) -> Real:
         return np.array(self._lammps.gather_atoms(name, 1, 3), dtype=np.float64)
 
@@ -61,9 +66,17 @@ class Cell(LammpsHandle):
     positions : shape (n, 3).
     periods : periods of the box along x, y and z; with ``surface`` it is not periodic along z.
     surface : whether the surfaces along z are free.
+    types : which element each atom is, from 0, shape (n,); the first if None.
     """
 
-    def __init__(self, potential: Potential, positions: Real, periods: Real, surface: bool = False) -> None:
+    def __init__(
+        self,
+        potential: Potential | AnyCrystalModel,
+        positions: Real,
+        periods: Real,
+        surface: bool = False,
+        types: NDArray[np.int64] | None = None,
+    ) -> None:
         self._scratch = tempfile.TemporaryDirectory()
         super().__init__(Path(self._scratch.name))  # gone when closed
         self._free = surface
@@ -82,14 +95,15 @@ class Cell(LammpsHandle):
                 "atom_modify map yes",
                 *potential.settings().splitlines(),
                 f"region box block 0 {periods[0]:.17g} 0 {periods[1]:.17g} {self._low:.17g} {high:.17g} units box",
-                f"create_box 1 box{room}",
-                f"mass 1 {potential.mass:.17g}",
+                f"create_box {len(potential.masses)} box{room}",
+                *(f"mass {i} {mass:.17g}" for i, mass in enumerate(potential.masses, 1)),
             )
             count = len(positions)
             inside = np.array(positions, dtype=np.float64)
             periodic = slice(0, 2 if surface else 3)
             inside[:, periodic] %= np.asarray(periods)[periodic]
-            made = self._lammps.create_atoms(count, list(range(1, count + 1)), [1] * count, inside.ravel())
+            kinds = [1] * count if types is None else (types + 1).tolist()
+            made = self._lammps.create_atoms(count, list(range(1, count + 1)), kinds, inside.ravel())
             if made != count:
                 raise LammpsError(f"LAMMPS took {made} of {count} atoms into its box")
             self.command(
@@ -108,10 +122,10 @@ class Cell(LammpsHandle):
         super().close()
         self._scratch.cleanup()
 
-    def deform(self, periods: Real) -> None:
-        """Change the periods of the box; the atoms keep their positions."""
+    def deform(self, periods: Real, tilts: str = "") -> None:
+        """Change the periods of the box, and tilts as LAMMPS has them; the atoms keep their positions."""
         z = "" if self._free else f" z final 0 {periods[2]:.17g}"
-        self.command(f"change_box all x final 0 {periods[0]:.17g} y final 0 {periods[1]:.17g}{z} units box")
+        self.command(f"change_box all x final 0 {periods[0]:.17g} y final 0 {periods[1]:.17g}{z}{tilts} units box")
 
     @property
     def pressure_unit(self) -> float:
@@ -126,10 +140,10 @@ class Cell(LammpsHandle):
         """What a fix has averaged of each atom, in the order of the atoms."""
         return np.array(self._lammps.gather(f"f_{name}", 1, 1), dtype=np.float64)
 
-    def stress(self) -> Real:
-        """Stress xx, yy, zz of the last evaluation, tension positive, in units of energy per volume."""
+    def stress(self, count: int = 3) -> Real:
+        """Stress xx, yy, zz, xy, xz, yz of the last evaluation, tension positive, in units of energy per volume."""
         pressure = self._lammps.extract_compute("pressure", 0, 1)
-        return -np.array(pressure[:3], dtype=np.float64) / self.pressure_unit
+        return -np.array(pressure[:count], dtype=np.float64) / self.pressure_unit
 
 
 class Session(LammpsHandle):

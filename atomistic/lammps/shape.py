@@ -175,10 +175,12 @@ class HeightSpline:
 
     Parameters
     ----------
-    heights : heights at the lattice sites, one a0 apart, shape (nx, ny), in a0.
+    heights : heights at the points of a grid, as the lattice sites are, shape (nx, ny), in a0.
+    spacing : distances of the points along x and y, in a0.
     """
 
     heights: Real = field(repr=False)
+    spacing: tuple[float, float] = (1.0, 1.0)
 
     @cached_property
     def _spline(self) -> scipy.interpolate.NdBSpline:
@@ -191,28 +193,34 @@ class HeightSpline:
         return scipy.interpolate.NdBSpline((knots[0], knots[1]), coefficients, _DEGREE)
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
-        at = np.stack([np.mod(v, n) for v, n in zip((x, y), self.heights.shape, strict=True)], axis=-1)
+        apart = zip((x, y), self.spacing, self.heights.shape, strict=True)
+        at = np.stack([np.mod(v / step, n) for v, step, n in apart], axis=-1)
         height, slope_x, slope_y = (self._spline(at, nu=nu) for nu in ((0, 0), (1, 0), (0, 1)))
-        return WallHeight(height, slope_x, slope_y)
+        return WallHeight(height, slope_x / self.spacing[0], slope_y / self.spacing[1])
 
     @property
     def cells(self) -> Real:
-        """Coefficients a of the height in each cell between four points, shape (4, 4, nx, ny), in a0.
+        """Coefficients a of the height in each cell between four points, shape (4, 4, nx, ny).
 
-        In cell (i, j) the height at (x, y) is the sum of a[m, n, i, j] (x - i)^m (y - j)^n.
+        In cell (i, j) the height at (x, y) is the sum of a[m, n, i, j] (x - x_i)^m (y - y_j)^n.
         """
         corners = np.stack(np.meshgrid(*map(np.arange, self.heights.shape), indexing="ij"), axis=-1).astype(np.float64)
         found = np.empty((4, 4, *self.heights.shape))
         for m, n in np.ndindex(4, 4):
             # Third derivatives jump at the points and are constant between them.
             at = corners + 0.5 * (np.array([m, n]) == 3)
-            found[m, n] = self._spline(at, nu=(m, n)) / (factorial(m) * factorial(n))
+            unit = factorial(m) * factorial(n) * self.spacing[0] ** m * self.spacing[1] ** n
+            found[m, n] = self._spline(at, nu=(m, n)) / unit
         return found
 
     def lines(self) -> list[str]:
         (nx, ny), cells = self.heights.shape, self.cells
         vectors = [f'variable        a{m}{n} vector "{vector(cells[m, n].ravel())}"' for m, n in np.ndindex(4, 4)]
-        text = filled(read_template("shape.spline"), {"coefficients": "\n".join(vectors), "nx": nx, "ny": ny})
+        values: dict[str, object] = {"coefficients": "\n".join(vectors), "nx": nx, "ny": ny}
+        for name, step in zip("xy", self.spacing, strict=True):
+            values |= {f"{sign}_{name}": f"{what}{formatted(step)}" if step != 1 else ""
+                       for sign, what in (("per", "/"), ("by", "*"))}  # fmt: skip
+        text = filled(read_template("shape.spline"), values)
         return [text.rstrip()]
 
     @cached_property
@@ -223,6 +231,7 @@ class HeightSpline:
         trigonometric interpolant is the surface itself.
         """
         nx, ny = self.heights.shape
+        unit = HeightSpline(self.heights)
         x, y = np.meshgrid(np.arange(nx, dtype=np.float64), np.arange(ny, dtype=np.float64), indexing="ij")
         m, n = (np.rint(size * np.fft.fftfreq(size)) for size in (nx, ny))
         qx, qy = (2 * np.pi * m / nx)[:, None], 2 * np.pi * n / ny
@@ -232,23 +241,26 @@ class HeightSpline:
             there_q = waves_q * np.exp(0.25j * (a * qx + b * qy))
             exact = [np.fft.ifft2(k * there_q).real for k in (1.0, 1j * qx, 1j * qy)]
             errors.append(
-                [np.abs(u - v).max() for u, v in zip(exact, self.evaluate(x + a / 4, y + b / 4), strict=True)]
+                [np.abs(u - v).max() for u, v in zip(exact, unit.evaluate(x + a / 4, y + b / 4), strict=True)]
             )
-        by_height, *by_slope = np.max(errors, axis=0)
+        by_height, *by_slope = np.max(errors, axis=0) / np.array([1.0, *self.spacing])
         return float(by_height), float(max(by_slope))
 
 
-def shape_of(heights: Real) -> Waves | HeightSpline:
-    """The wall of heights at the lattice sites, shape (nx, ny), in a0: the sum of its waves if few, else a spline."""
+def shape_of(heights: Real, period: tuple[float, float] | None = None) -> Waves | HeightSpline:
+    """The wall of heights at the points of a grid, shape (nx, ny), in a0: the sum of its waves if few, else a spline.
+
+    The points are a0 apart, as lattice sites are, unless a period is given, in a0.
+    """
     nx, ny = heights.shape
-    grid = Grid((nx, ny), (float(nx), float(ny)))
+    grid = Grid((nx, ny), period or (float(nx), float(ny)))
     waves_q = grid.forward(heights)
     m, n = np.broadcast_arrays(*grid.mode_numbers)
     # Each wave once, without those due to rounding.
     there = (np.abs(waves_q) > 1e-13 * np.abs(waves_q).max()) & ((n > 0) | (m > 0))
     shortest = (2 * np.abs(m) == nx) | (2 * n == ny)
     if np.count_nonzero(there) > MOST_WAVES or np.any(np.abs(waves_q[shortest]) > 1e-13 * np.abs(waves_q).max()):
-        return HeightSpline(heights)
+        return HeightSpline(heights, grid.spacing)
     found = zip(waves_q[there], m[there], n[there], strict=True)
     waves = tuple((2 * float(abs(a)), int(i), int(j), float(np.angle(a))) for a, i, j in found)
     return Waves(grid.lengths, float(heights.mean()), waves)
@@ -271,35 +283,34 @@ def has_formula(surface: Surface) -> bool:
     return type(surface) in _FORMULAS
 
 
-def shape_of_surface(surface: Surface, heights: Real) -> Shape:
+def shape_of_surface(surface: Surface, heights: Real, period: tuple[float, float]) -> Shape:
     """The wall of an input as a function of the position: the formula of its surface, or :func:`shape_of`."""
     formula = _FORMULAS.get(type(surface))
-    if formula is None:
-        return shape_of(heights)
-    return formula(surface, (float(heights.shape[0]), float(heights.shape[1])))
+    return shape_of(heights, period) if formula is None else formula(surface, period)
 
 
-def map_of(shape: Shape, size: tuple[int, int]) -> Real:
+def map_of(shape: Shape, grid: Grid) -> Real:
     """Heights of a wall at equidistant points over the period; its own points if it is an array."""
     if isinstance(shape, HeightSpline):
         return shape.heights
-    points = (np.arange(n * _POINTS_PER_SPACING) / _POINTS_PER_SPACING for n in size)
+    points = (np.arange(n * _POINTS_PER_SPACING) * step / _POINTS_PER_SPACING
+              for n, step in zip(grid.shape, grid.spacing, strict=True))  # fmt: skip
     return shape.evaluate(*np.meshgrid(*points, indexing="ij")).height
 
 
-def map_error(shape: Shape, size: tuple[int, int]) -> tuple[float, float]:
+def map_error(shape: Shape, grid: Grid) -> tuple[float, float]:
     """Largest difference of heights, in a0, and of slopes, of the map of a formula from it, in the middles of cells."""
-    spline = HeightSpline(map_of(shape, size))
-    x, y = np.meshgrid(*(np.arange(n * _POINTS_PER_SPACING) + 0.5 for n in size), indexing="ij")
-    there, exact = spline.evaluate(x, y), shape.evaluate(x / _POINTS_PER_SPACING, y / _POINTS_PER_SPACING)
+    step_x, step_y = (step / _POINTS_PER_SPACING for step in grid.spacing)
+    spline = HeightSpline(map_of(shape, grid), (step_x, step_y))
+    x, y = np.meshgrid(*(np.arange(n * _POINTS_PER_SPACING) + 0.5 for n in grid.shape), indexing="ij")
+    at = x * step_x, y * step_y
     by_height, *by_slope = (
-        float(np.abs(scale * a - b).max())
-        for scale, a, b in zip((1, _POINTS_PER_SPACING, _POINTS_PER_SPACING), there, exact, strict=True)
+        float(np.abs(a - b).max()) for a, b in zip(spline.evaluate(*at), shape.evaluate(*at), strict=True)
     )
     return by_height, max(by_slope)
 
 
-def shape_notes(shape: Shape | None, size: tuple[int, int], plugin: bool) -> tuple[str, ...]:
+def shape_notes(shape: Shape | None, grid: Grid, plugin: bool) -> tuple[str, ...]:
     """Notes in a deck about its wall between the sites."""
     if isinstance(shape, HeightSpline):
         about, (by_height, by_slope) = "Between the sites the heights are a", shape.error
@@ -307,7 +318,7 @@ def shape_notes(shape: Shape | None, size: tuple[int, int], plugin: bool) -> tup
     elif shape is not None and plugin:
         about, (by_height, by_slope) = (
             f"The plugin has {_POINTS_PER_SPACING} heights in each a0, and a",
-            map_error(shape, size),
+            map_error(shape, grid),
         )
         other = "the formula"
     else:
@@ -325,8 +336,14 @@ def check_shape(name: str, value: Any) -> Shape:
     return value
 
 
-def misfit(shape: Shape, heights: Real) -> float:
-    """Largest difference of a shape from heights at the lattice sites, shape (nx, ny), both in a0; 0 for rounding."""
-    x, y = np.meshgrid(*(np.arange(n, dtype=np.float64) for n in heights.shape), indexing="ij")
-    apart = float(np.abs(shape.evaluate(x, y).height - heights).max())
+def misfit(shape: Shape, heights: Real, sites: Real | None = None) -> float:
+    """Largest difference of a shape from heights at sites, both in a0; 0 for rounding.
+
+    Parameters
+    ----------
+    sites : positions in the plane, shape (*heights.shape, 2 or more), in a0; a square grid a0 apart if None.
+    """
+    if sites is None:
+        sites = np.stack(np.meshgrid(*(np.arange(float(n)) for n in heights.shape), indexing="ij"), axis=-1)
+    apart = float(np.abs(shape.evaluate(sites[..., 0], sites[..., 1]).height - heights).max())
     return 0.0 if apart <= 1e-9 * (1 + float(np.ptp(heights))) else apart

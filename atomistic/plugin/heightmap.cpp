@@ -341,9 +341,22 @@ struct Plugin {
 
 }    // namespace
 
+/* Sizes of the integers of LAMMPS, where its library says them. */
+extern "C" int lammps_extract_setting(void *, const char *) __attribute__((weak));
+
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
-  Plugin plugin = {static_cast<LAMMPS *>(lmp)->version, "fix", "wall/heightmap",
+  LAMMPS *here = static_cast<LAMMPS *>(lmp);
+#ifdef BUILT_FOR
+  if (here->num_ver != BUILT_FOR)
+    here->error->all(FLERR, "heightmap.so was built for LAMMPS {}, and this is {}: build it anew, as README.txt says",
+                     BUILT_FOR, here->num_ver);
+#endif
+  if (lammps_extract_setting && lammps_extract_setting(lmp, "tagint") != (int) sizeof(tagint))
+    here->error->all(FLERR, "heightmap.so was built for atom numbers of {} bytes, and this LAMMPS has {}: build it anew "
+                     "with -DLAMMPS_BIGBIG or -DLAMMPS_SMALLBIG, as it was", sizeof(tagint),
+                     lammps_extract_setting(lmp, "tagint"));
+  Plugin plugin = {here->version, "fix", "wall/heightmap",
                    "rigid wall of any heights and any law", "stickiness", &create, handle};
   reinterpret_cast<void (*)(Plugin *, void *)>(regfunc)(&plugin, lmp);
 }

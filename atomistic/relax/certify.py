@@ -98,6 +98,8 @@ def certify_deck(run: DeckSteps) -> DeckCertificate:
     LAMMPS cannot be loaded, or cannot read the slab.
     """
     directory, steps, unconverged = run.directory, list[StepCertificate](), list[str]()
+    if not run.last.slab.one_to_one:
+        raise DeckError(f"{directory}: its slab is {run.last.slab.name}; only one of fcc(100) can be certified")
     # What a deck says of its formulas.
     table = (directory / "wall.table").read_text(encoding="utf-8")
     said = re.search(r"differ from the law by at most (\S+) E\*", table)

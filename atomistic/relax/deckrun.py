@@ -75,19 +75,40 @@ class DeckStep(Totals):
     slipped: int = quantity("1", "atoms with other nearest neighbours than before")
     faulted: int = quantity("1", "atoms in stacking faults, hcp by common neighbour analysis; -1 if nobody looked")
     status: str = quantity("", "what was found")
+    direction: float = 0.0
+    """Of sliding, where it is no axis, from x to y, in degrees."""
+
+    @property
+    def _way(self) -> Real:
+        return np.array([np.cos(np.deg2rad(self.direction)), np.sin(np.deg2rad(self.direction))])
+
+    @property
+    def offset_s(self) -> float:
+        """Of the wall in the direction of sliding, in a0."""
+        return float(self._way @ (self.offset_x, self.offset_y))
+
+    @property
+    def lateral_s(self) -> float:
+        """Force of the wall on the atoms in the direction of sliding, over A0, in E*."""
+        return float(self._way @ (self.lateral_x, self.lateral_y))
+
+    @property
+    def lateral_s_error(self) -> float:
+        """Its standard error, of the errors along x and y as if they were one."""
+        return float(np.abs(self._way) @ (self.lateral_x_error, self.lateral_y_error))
 
     @classmethod
-    def of(cls, result: DeckResult) -> DeckStep:
+    def of(cls, result: DeckResult, direction: float = 0.0) -> DeckStep:
         """The numbers of a state, or of a window."""
         totals = ("load", "load_rep", "lateral_x", "lateral_y", "wall_energy", "total_energy")
         found = dict[str, float]()
         for name in AVERAGES:
             at_end = getattr(result, FORCES.get(name, name), 0.0)  # an equilibrium has no temperature
             mean, error = result.averages.get(name, (at_end, 0.0))
-            size = result.gap.size if name in totals else 1
+            size = result.slab.grid.area if name in totals else 1
             found |= {name: mean / size, f"{name}_error": error / size}
         unknown = np.nan if result.averages else 0.0  # of a window by an earlier deck, and of an equilibrium
-        found |= {name: result.energies.get(name, unknown) / result.gap.size for name in ENERGIES}
+        found |= {name: result.energies.get(name, unknown) / result.slab.grid.area for name in ENERGIES}
         return cls(
             load_att=found["load_rep"] - found["load"],
             smallest_gap=result.smallest_gap,
@@ -96,6 +117,7 @@ class DeckStep(Totals):
             slipped=int(np.count_nonzero(result.slipped)),
             faulted=result.faulted,
             status=result.status.name,
+            direction=direction,
             **{name: value for name, value in found.items() if name in cls.__dataclass_fields__},
         )
 
@@ -117,13 +139,13 @@ class DeckSteps:
     wall: Wall
     """Law of the wall."""
     heights: Real = field(repr=False)
-    """Heights of the wall above the lattice sites, shape (nx, ny), in a0."""
+    """Heights of the wall at the points of the grid of the slab, in a0: above the lattice sites of fcc(100)."""
     steps: tuple[DeckStep, ...]
     gaps: Real = field(repr=False)
-    """Shape (steps, nx, ny), in a0."""
+    """At each surface atom, shape (steps, *slab.shape), in a0."""
     last: DeckResult = field(repr=False)
     slips: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0, 0), np.int64), repr=False)
-    """Atoms below each site, its own included, with other nearest neighbours than before, shape (steps, nx, ny)."""
+    """Atoms below each surface atom, itself included, with other nearest neighbours than before, shape as ``gaps``."""
     stiffness: Real | None = field(default=None, repr=False)
     """K_q of the slab at rest, in E*/a0, for the continuum; an isotropic half-space of nu = 1/2 if None."""
 
@@ -141,9 +163,9 @@ class DeckSteps:
         result = None
         for step in finished_steps(directory):
             result = read_result(directory, step)
-            steps.append(DeckStep.of(result))
+            steps.append(DeckStep.of(result, description.along or 0.0))
             gaps.append(result.gap)
-            slips.append(np.count_nonzero(result.slipped, axis=0))
+            slips.append(result.slab.below(result.slipped))
         last = result or read_result(directory)  # which raises the reason
         try:
             wall, heights = read_wall(directory), read_heights(directory / "slab.data")
@@ -186,7 +208,9 @@ class DeckSteps:
 
     @property
     def slides(self) -> str:
-        """Along which axis the wall slides, "x" or "y"; empty if it does not."""
+        """Along which axis the wall slides, "x" or "y", "s" of another direction; empty if it does not."""
+        if self.description.along is not None:
+            return "s"
         return next((name for name in "xy" if any(getattr(step, f"offset_{name}") for step in self.steps)), "")
 
     @property
@@ -228,7 +252,10 @@ class DeckSteps:
         ArgumentError, DeckError
             If there is no such quantity, or no such window.
         """
-        names = [column.name.removesuffix("_error") for column in fields(DeckStep) if column.name.endswith("_error")]
+        names = [
+            "lateral_s",
+            *(column.name.removesuffix("_error") for column in fields(DeckStep) if column.name.endswith("_error")),
+        ]
         choice("name", name, names)
         if not self.averaged:
             raise DeckError(f"{self.directory}: no window with a resting (dwell) or sliding wall is finished")
@@ -264,6 +291,16 @@ class DeckSteps:
         return bool(self.steps) and all(DeckStatus[step.status].ok for step in self.steps)
 
     @property
+    def response(self) -> str:
+        """The continuum that it is compared with, in words."""
+        if self.stiffness is None:
+            return "an isotropic half-space of nu = 1/2"
+        slab = self.last.slab
+        return (
+            "the slab's own linear response at rest" if slab.one_to_one else f"the half-space below {slab.name} at rest"
+        )
+
+    @property
     def incomparable(self) -> str:
         """Why it cannot be compared with the continuum, in a sentence; empty if it can."""
         if self.slides:
@@ -287,13 +324,13 @@ class DeckSteps:
         slab, heights = self.last.slab, self.heights
         substrate: Substrate = HalfSpace()
         if self.stiffness is not None:
-            substrate = TabulatedSubstrate(self.stiffness, slab.grid.lengths, "the slab's own linear response")
+            substrate = TabulatedSubstrate(self.stiffness, slab.grid.lengths, self.response)
         problem = ContactProblem(slab.grid, self.wall, heights, substrate)
         settings = Settings(1e-9 * (moments(slab.grid, heights).rms_slope or 1.0))
         states = loading.follow(problem, "mean-gap", [step.mean_gap for step in self.steps], settings)
         found = []
         for state, gap in zip(states, self.gaps, strict=True):
-            same = float(np.mean(contact_map(self.wall, state.gap) == contact_map(self.wall, gap)))
+            same = float(np.mean(contact_map(self.wall, state.gap) == contact_map(self.wall, slab.on_grid(gap))))
             found.append(ContinuumStep(**shared(Totals, state), same=same, converged=state.converged))
         return tuple(found)
 
@@ -309,13 +346,12 @@ class DeckSteps:
         store.earlier(path, SCHEMA, VERSION, self.description.identity, force=True)
         datasets = columns(self.steps, "step")
         datasets["step"] = Dataset(np.arange(1, len(self.steps) + 1), ("step",), "1", "step of the protocol")
-        datasets["gap"] = Dataset(self.gaps, ("step", "x", "y"), "a0", "gap at each surface atom")
+        axes = self.last.slab.axes
+        datasets["gap"] = Dataset(self.gaps, ("step", *axes), "a0", "gap at each surface atom")
         kinds = np.array([contact_map(self.wall, gap) for gap in self.gaps], dtype=np.uint8)
-        datasets["contact"] = Dataset(kinds, ("step", "x", "y"), "1", "2 repulsive, 1 attracted, 0 out of range")
-        datasets["slipped"] = Dataset(
-            self.slips, ("step", "x", "y"), "1", "atoms below each site with other neighbours"
-        )
-        datasets["height"] = Dataset(self.heights, ("x", "y"), "a0", "of the wall above each lattice site")
+        datasets["contact"] = Dataset(kinds, ("step", *axes), "1", "2 repulsive, 1 attracted, 0 out of range")
+        datasets["slipped"] = Dataset(self.slips, ("step", *axes), "1", "atoms below each site with other neighbours")
+        datasets["height"] = Dataset(self.heights, ("x", "y"), "a0", "of the wall above each point of the grid")
         if beside:
             datasets |= {f"continuum/{name}": column for name, column in columns(beside, "step").items()}
         real = self.description.real_units

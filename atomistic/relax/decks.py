@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import singledispatch
 from math import ceil
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from atomistic.config.crystal import DeckSolverTable, ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
 from atomistic.config.motion import HOTTEST, Steps, thermal_energy
 from atomistic.config.quantities import QUANTITIES, in_reduced, with_units
-from atomistic.crystal.crystal import Slab, distortion
-from atomistic.crystal.model import Model, Potential, measured
+from atomistic.crystal.crystal import AnySlab, Slab, distortion
+from atomistic.crystal.model import AnyModel, Potential
 from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal, crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
@@ -25,8 +25,8 @@ from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separatio
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
 from atomistic.relax.limits import require_apart, require_steps, require_strength
-from atomistic.relax.relax import lattice_start
-from atomistic.relax.specimen import Specimen, slab_of, slab_under
+from atomistic.relax.specimen import AnySpecimen, Specimen, slab_of, slab_under, specimen_under
+from atomistic.response.bulk import model_below
 from atomistic.response.cache import default_folder
 from atomistic.response.material import model_of
 from atomistic.response.thermal import warm_crystal
@@ -48,11 +48,11 @@ from continuum.units import Units, parse
 class DeckParts(NamedTuple):
     """What a deck is made of, checked."""
 
-    slab: Slab
-    model: Model
+    slab: AnySlab
+    model: AnyModel
     wall: Wall
     heights: Real
-    """Shape (nx, ny), in a0."""
+    """At the points of the grid of the slab, in a0."""
     steps: Steps
     shape: Shape | None
     """The wall as a function of the position; None for lattice sites."""
@@ -63,13 +63,15 @@ class DeckParts(NamedTuple):
     source: str = ""
     """Text of the input."""
     wall_crystal: WallCrystal = OWN
+    profile: Shape | None = None
+    """The wall between the points of the grid, where the surface atoms are not these; else None."""
 
     @property
     def crystal(self) -> CrystalWall | None:
         """The atoms of the wall; None if it has none."""
         if self.wall_force != "atoms" or self.shape is None:
             return None
-        return crystal_wall(self.wall, self.shape, self.slab.shape, self.wall_crystal)
+        return crystal_wall(self.wall, self.shape, self.slab.grid.shape, self.wall_crystal)
 
 
 def parts_of(config: DeckConfig, progress: Progress | None = None) -> DeckParts:
@@ -78,7 +80,7 @@ def parts_of(config: DeckConfig, progress: Progress | None = None) -> DeckParts:
     Raises ConfigError if its parts do not fit together, a file is invalid, or its numbers are beyond a crystal under a
     wall; PotentialError if the crystal of the potential is not a stable fcc one; LammpsError if LAMMPS fails.
     """
-    model, faults = model_of(config.interatomic.potential()), list[Fault]()
+    model, faults = _model(config), list[Fault]()
     slab = slab_of(config, model)
     wall = heights = None
     try:
@@ -100,29 +102,39 @@ def parts_of(config: DeckConfig, progress: Progress | None = None) -> DeckParts:
         raise refuse(config, *faults)
     steps = config.steps()
     require_steps(steps, slab, model, wall, heights, config)
-    shape = None if config.follows == "site" else shape_of_surface(config.surface, heights)
+    profile = shape_of_surface(config.surface, heights, slab.grid.lengths)
+    shape = None if config.follows == "site" else profile
     if config.wall_force == "atoms" and shape is not None:
         require_apart(config, steps, wall, shape, slab)
     notes = described(config, slab, deck_units(config, model, progress), wall, heights) + notes
     source = "" if config.source is None else config.source.text
     return DeckParts(
-        slab, model, wall, heights, steps, shape, config.wall_force, config.solver, notes, source, config.wall_crystal
+        slab, model, wall, heights, steps, shape, config.wall_force, config.solver, notes, source, config.wall_crystal,
+        None if slab.one_to_one else profile,
     )  # fmt: skip
 
 
-def deck_units(config: DeckConfig, model: Model, progress: Progress | None = None) -> Units | None:
+def _model(config: DeckConfig | ElasticConfig) -> AnyModel:
+    """The model of an input; raises ConfigError if its potential has no such crystal."""
+    try:
+        return model_below(config.interatomic.potential(), config.crystal)
+    except ArgumentError as error:
+        raise refuse(config, Fault(("crystal", error.name), error.allowed)) from error
+
+
+def deck_units(config: DeckConfig, model: AnyModel, progress: Progress | None = None) -> Units | None:
     """Units of the crystal of an input at the temperature of its motion; None without a length scale."""
     motion = config.steps().motion
     return _units_at(model, 0.0 if motion is None else motion.temperature, progress)
 
 
-def _units_at(model: Model, temperature: Any, progress: Progress | None = None) -> Units | None:
+def _units_at(model: AnyModel, temperature: Any, progress: Progress | None = None) -> Units | None:
     """Units with the a0 of a temperature in E* a0³ or text, which is measured unless it is on disk; E* is that at rest.
 
     Of what is no temperature of a crystal, which is refused where it is read, those at rest.
     """
-    real, crystal = model.real_units, measured(model)
-    if real is None or crystal is None:
+    real = model.real_units
+    if real is None or not model.expands:
         return real
     try:
         energy = float(thermal_energy(temperature, real))
@@ -130,10 +142,10 @@ def _units_at(model: Model, temperature: Any, progress: Progress | None = None) 
         return real
     if not 0 < energy <= HOTTEST:
         return real
-    return warm_crystal(crystal, energy, 0, default_folder(), progress).of(crystal).real_units
+    return model.stretched(warm_crystal(model, energy, 0, default_folder(), progress).stretch).real_units
 
 
-def described(config: DeckConfig, slab: Slab, real: Units | None, wall: Wall, heights: Real) -> tuple[str, ...]:
+def described(config: DeckConfig, slab: AnySlab, real: Units | None, wall: Wall, heights: Real) -> tuple[str, ...]:
     """Lines for the README of a deck: its settings, with real units if the crystal has a length scale."""
 
     def nanometres(value: float) -> str:
@@ -149,7 +161,7 @@ def described(config: DeckConfig, slab: Slab, real: Units | None, wall: Wall, he
         f"  work of adhesion {work:.4g} E* a0"
         + ("" if real is None else f" ({real.to_si(work, 'energy_per_area') * 1e3:.4g} mJ/m²)")
         + f", attraction over {nanometres(float(wall.range))}",
-        f"Slab: {slab.shape[0]} x {slab.shape[1]} atoms, {nanometres(slab.depth)} deep"
+        f"Slab: {slab.about}, {nanometres(slab.depth)} deep"
         + (
             ""
             if real is None
@@ -212,13 +224,13 @@ def _wall(config: DeckConfig) -> Wall:
 
 
 @singledispatch
-def _heights(surface: Surface, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
+def _heights(surface: Surface, config: DeckConfig, slab: AnySlab, model: AnyModel) -> tuple[Real, tuple[str, ...]]:
     """Heights of the wall, in a0, and notes about their origin."""
     return surface.build(slab.grid), ()
 
 
 @_heights.register
-def _(surface: TopographySurface, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
+def _(surface: TopographySurface, config: DeckConfig, slab: AnySlab, model: AnyModel) -> tuple[Real, tuple[str, ...]]:
     real = deck_units(config, model)
     if real is None and surface.spacing is not None:
         a0 = parse(surface.spacing, "length")
@@ -231,7 +243,7 @@ def _(surface: TopographySurface, config: DeckConfig, slab: Slab, model: Model) 
             else "left out: the crystal has its own a0"
         )
         raise refuse(config, Fault(("surface", "spacing"), allowed))
-    wall = surface.read(config.slab.n, a0)
+    wall = surface.read(config.slab.points[0], a0)
     return wall.heights / a0, (f"Wall: {wall.source}", *wall.steps)
 
 
@@ -242,8 +254,8 @@ def deck_of(parts: DeckParts, progress: Progress | None = None) -> Deck:
     PotentialError or LammpsError if its crystal cannot be measured.
     """
     slab, model, wall, heights, steps, shape = parts[:6]
-    specimen = Specimen.of_slab(slab, model)
-    response, rise = specimen.response, specimen.response.rise
+    specimen = specimen_under(model, slab)
+    response, rise, slab, model = specimen.response, specimen.rise, specimen.slab, specimen.model
     slope = moments(slab.grid, heights).rms_slope
     scale = slope or 1.0  # a flat wall
     problem = ContactProblem(slab.grid, wall, heights, response)
@@ -272,45 +284,55 @@ def deck_of(parts: DeckParts, progress: Progress | None = None) -> Deck:
         protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)
     else:
         protocol = None if steps.single else Separations(separations)
-    start = lattice_start(response, wall, gap)
+    start = specimen.start(wall, gap)
     if not (moved := distortion(slab, start)) < LARGEST_DISTORTION:
         msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
         raise NotConvergedError(msg)
     tolerance = parts.solver.force_tolerance * scale
-    notes = parts.notes + shape_notes(shape, slab.shape, parts.wall_force == "plugin") + notes
+    notes = parts.notes + shape_notes(shape or parts.profile, slab.grid, parts.wall_force == "plugin") + notes
+    above = heights
+    if parts.profile is not None:
+        above = parts.profile.evaluate(*slab.positions[: slab.surface_atoms, :2].T).height
     made = Deck(
-        slab, model, wall, heights, separations[0], start, tolerance, rise=rise, protocol=protocol, shape=shape,
-        notes=notes, source=parts.source, stiffness=response.stiffness_q, wall_tolerance=parts.solver.wall_tolerance,
+        slab, model, wall, above, separations[0], start, tolerance, rise=rise, protocol=protocol, shape=shape,
+        notes=notes, source=parts.source, stiffness=problem.stiffness_q, wall_tolerance=parts.solver.wall_tolerance,
+        wall_map=None if parts.profile is None else heights,
     )  # fmt: skip
     return _acting(made, parts.wall_force, parts.wall_crystal)
 
 
-def _warm(specimen: Specimen, temperature: float, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
+def _warm(
+    specimen: Specimen | AnySpecimen, temperature: float, progress: Progress | None
+) -> tuple[AnyModel, Real | None, tuple[str, ...]]:
     """The model with its lattice constant at a temperature, the rise of its layers, and lines that say so.
 
     A crystal of harmonic springs remains as at rest.
     """
     model, slab = specimen.model, specimen.slab
-    crystal = measured(model)
-    if temperature == 0 or crystal is None:
-        return model, specimen.response.rise, ()
-    warm = warm_crystal(crystal, temperature, slab.mobile, default_folder(), progress)
-    found = warm.of(crystal)
+    if temperature == 0 or not model.expands:
+        return model, specimen.rise, ()
+    warm = warm_crystal(model, temperature, slab.mobile if slab.one_to_one else 0, default_folder(), progress)
+    found = model.stretched(warm.stretch)
     unit = "Å" if model.units == "metal" else "σ"
     real = model.real_units
     kelvins = "" if real is None else f" ({real.to_si(temperature, 'temperature'):.4g} K)"
-    return found, warm.rise_of(slab), (
+    lines = (
         f"Temperature: k_B T = {temperature:.6g} E* a0^3{kelvins}, of the crystal at rest.",
         f"Lattice constant at this temperature: {found.length * 2**0.5:.6g} {unit}, at rest "
         f"{model.length * 2**0.5:.6g} {unit}: {100 * (warm.stretch - 1):.3f}({100 * warm.stretch_error:.3f}) % more, "
         f"measured where a pressure of {warm.pressure:.1e} E* was left.  Cell, frozen base and a0 are those of this "
         "temperature; E* is that at rest.",
+    )
+    if not slab.one_to_one:
+        return found, None, (*lines, "Separations count from the surface as it relaxes at rest.")
+    return found, warm.rise_of(cast(Slab, slab)), (
+        *lines,
         f"Surface at this temperature: {warm.rise[0]:+.4f}({warm.rise_error:.4f}) a0 above its lattice sites, from "
         "where separations count.",
     )  # fmt: skip
 
 
-def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
+def _hold_notes(motion: Motion, model: AnyModel, slab: AnySlab) -> tuple[str, ...]:
     """Notes about the time for which the slab is damped before averaging, compared with its slowest vibration."""
     time, period = sum(motion.durations[: motion.hold]), 2 * np.pi / swing(model, slab.depth)
     said = (
@@ -348,7 +370,7 @@ def parts_under(
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
     require_steps(steps, slab, measured, wall, heights)
     if shape is not None and force == "atoms":
-        crystal_wall(wall, shape, slab.shape, crystal)  # what it cannot be is said before anything is solved
+        crystal_wall(wall, shape, slab.grid.shape, crystal)  # what it cannot be is said before anything is solved
     return DeckParts(slab, measured, wall, heights, steps, shape, force, DeckSolverTable(), wall_crystal=crystal)
 
 
@@ -362,10 +384,10 @@ def deck_input(path: str | Path, progress: Progress | None = None) -> DeckConfig
     if not with_units(source.data):
         return parsed(source, DeckConfig)
     try:
-        potential = parsed(source, ElasticConfig).interatomic.potential()
+        model = _model(parsed(source, ElasticConfig))
     except ConfigError:
         return parsed(source, DeckConfig)  # which reports this fault together with the others
-    values, faults = in_reduced(source.data, _units_for(source.data, model_of(potential), progress))
+    values, faults = in_reduced(source.data, _units_for(source.data, model, progress))
     try:
         return parsed(source, DeckConfig, values)
     except ConfigError as error:
@@ -374,7 +396,7 @@ def deck_input(path: str | Path, progress: Progress | None = None) -> DeckConfig
         raise ConfigError(source, [*faults, *others]) from None
 
 
-def _units_for(given: Mapping[str, Any], model: Model, progress: Progress | None) -> Units | None:
+def _units_for(given: Mapping[str, Any], model: AnyModel, progress: Progress | None) -> Units | None:
     """Units for the texts of an input or a call: pressures depend on E* alone, all others also on a0."""
     protocol, real = given.get("protocol"), model.real_units
     only_pressures = all(QUANTITIES[str(key[-1])] == "pressure" for key in with_units(given))

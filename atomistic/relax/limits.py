@@ -7,8 +7,8 @@ from pathlib import Path
 
 from atomistic.config.deck import DeckConfig
 from atomistic.config.motion import FASTEST, HOTTEST, MotionTable, Steps, thermal_energy
-from atomistic.crystal.crystal import Slab
-from atomistic.crystal.model import Model
+from atomistic.crystal.crystal import AnySlab
+from atomistic.crystal.model import AnyModel
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.protocol import largest_timestep
 from atomistic.lammps.shape import Shape
@@ -31,7 +31,7 @@ _MOST_TIMESTEPS = 2**31 - 1
 
 
 def require_steps(
-    steps: Steps, slab: Slab, model: Model, wall: Wall, heights: Real, config: DeckConfig | None = None
+    steps: Steps, slab: AnySlab, model: AnyModel, wall: Wall, heights: Real, config: DeckConfig | None = None
 ) -> None:
     """Check that steps fit the slab, its crystal and its wall.
 
@@ -54,13 +54,13 @@ def require_steps(
         raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
 
 
-def require_apart(config: DeckConfig, steps: Steps, wall: Wall, shape: Shape, slab: Slab) -> None:
+def require_apart(config: DeckConfig, steps: Steps, wall: Wall, shape: Shape, slab: AnySlab) -> None:
     """Check that the atoms of a wall do not overlap the surface at rest at the first separation.
 
     Raises ConfigError, with the smallest allowed separation, if they do; or if there is no such crystal.
     """
     try:
-        touch = first_touch(crystal_wall(wall, shape, slab.shape, config.wall_crystal))
+        touch = first_touch(crystal_wall(wall, shape, slab.grid.shape, config.wall_crystal))
     except ArgumentError as error:
         key = ("wall",) if error.name == "wall" else ("wall_crystal", error.name)
         raise refuse(config, Fault(key, error.allowed)) from error
@@ -77,7 +77,7 @@ def _separation_key(steps: Steps) -> str:
     return "separation" if one else "separations"
 
 
-def require_strength(problem: ContactProblem, states: Sequence[PathState], settings: Settings, model: Model) -> None:
+def require_strength(problem: ContactProblem, states: Sequence[PathState], settings: Settings, model: AnyModel) -> None:
     """Check that the contact holds the mean tensions asked for.
 
     Parameters
@@ -109,7 +109,7 @@ def require_strength(problem: ContactProblem, states: Sequence[PathState], setti
     )
 
 
-def _beyond_the_crystal(motion: MotionTable, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:
+def _beyond_the_crystal(motion: MotionTable, slab: AnySlab, model: AnyModel, wall: Wall) -> Iterator[Fault]:
     """Faults of a motion beyond the atoms, or beyond the counters of LAMMPS."""
     temperature, velocity, scale = motion.temperature, motion.velocity, model.real_units
     here = ("", "") if scale is None else (
@@ -142,7 +142,7 @@ def _beyond_the_crystal(motion: MotionTable, slab: Slab, model: Model, wall: Wal
         yield Fault(("window",), allowed, "a time in other units, or a wall so stiff that its time steps are tiny")
 
 
-def _beside_the_slab(steps: Steps, slab: Slab, heights: Real) -> Iterator[Fault]:
+def _beside_the_slab(steps: Steps, slab: AnySlab, heights: Real) -> Iterator[Fault]:
     """Faults of a wall that is too far above the slab, or below it."""
     if steps.control != "separation":
         return

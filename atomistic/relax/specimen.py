@@ -1,19 +1,27 @@
 """The substrate of an input: its atoms, their interatomic model and linear response."""
 
 from dataclasses import dataclass
-from typing import Self
+from functools import singledispatch
+from typing import Any, Self, cast
+
+import numpy as np
 
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
-from atomistic.crystal.crystal import Slab
-from atomistic.crystal.model import Model
+from atomistic.crystal.crystal import AnySlab, AtomSlab, Slab
+from atomistic.crystal.model import AnyCrystalModel, AnyModel, Model, check_model
+from atomistic.relax.relax import lattice_start
+from atomistic.response.bulk import at_rest, slab_of_table
 from atomistic.response.cache import default_folder, response_key, stored_response
 from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of
 from continuum.arguments import ArgumentError
 from continuum.files.store import Attribute
 from continuum.files.tables import refuse
+from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.model.substrates import TabulatedSubstrate
+from continuum.model.walls import Wall
 from continuum.runs.cost import physical_memory
 from continuum.tables import Fault
 
@@ -31,6 +39,15 @@ class Specimen:
     @property
     def slab(self) -> Slab:
         return self.response.slab
+
+    @property
+    def rise(self) -> Real:
+        """Rise of each layer at rest above its lattice sites, in a0."""
+        return self.response.rise
+
+    def start(self, wall: Wall, gap: Real) -> Real:
+        """Displacements of the lattice at the equilibrium with this gap, shape (layers, nx, ny, 3), in a0."""
+        return lattice_start(self.response, wall, gap)
 
     @classmethod
     def of_slab(cls, slab: Slab, model: Model) -> Self:
@@ -73,25 +90,71 @@ def slab_under(model: Model, grid: Grid, depth: float) -> Slab:
     """
     slab = Slab.of_depth(grid, depth, model.coupled_layers)
     require_room(slab, model)
+    _require_memory(slab, depth)
+    return slab
+
+
+def _require_memory(slab: AnySlab, depth: float) -> None:
     needed, available = BYTES + BYTES_PER_ATOM * slab.size, physical_memory()
     if needed > available:
         allowed = f"a slab that needs at most the {available / 1e9:.3g} GB of this machine, not {needed / 1e9:.3g}"
         raise ArgumentError("depth", depth, allowed)
-    return slab
 
 
-def slab_of(config: ValidateConfig | DeckConfig, model: Model) -> Slab:
+@dataclass(frozen=True, eq=False)
+class AnySpecimen:
+    """A slab below any face, at rest, with the response of the half-space of its crystal and its own mean stiffness."""
+
+    model: AnyCrystalModel
+    slab: AtomSlab
+    response: TabulatedSubstrate
+    rise: None = None
+
+    def start(self, wall: Wall, gap: Real) -> Real:
+        """Displacements to start from: the slab at rest."""
+        return np.zeros(self.slab.positions.shape)
+
+
+@singledispatch
+def specimen_under(model: AnyModel, slab: Any) -> Specimen | AnySpecimen:
+    """The substrate of a slab and its model; a surface is relaxed."""
+    return Specimen.of_slab(slab, check_model("model", model))
+
+
+@specimen_under.register
+def _(model: AnyCrystalModel, slab: AtomSlab) -> AnySpecimen:
+    slab, model = at_rest(slab, model)
+    table = model.stiffness_q(slab.grid, slab.depth)
+    return AnySpecimen(model, slab, TabulatedSubstrate(table, slab.grid.lengths, f"the half-space below {slab.name}"))
+
+
+def slab_of(config: ValidateConfig | DeckConfig, model: AnyModel) -> AnySlab:
     """The slab of an input, of a crystal that has been measured.
 
     Raises ConfigError in the cases of :func:`slab_under`.
     """
     try:
-        return slab_under(model, Grid.square(config.slab.n), config.slab.depth)
+        return _slab(model, config)
     except ArgumentError as error:
         if error.name == "depth":
-            raise refuse(config, Fault(("slab", "depth"), error.allowed, "too many atoms, n² on each layer")) from None
+            cause = "too many atoms, n² on each layer" if config.slab.points[0] else ""
+            raise refuse(config, Fault(("slab", "depth"), error.allowed, cause)) from None
+        if error.name == "atoms":
+            raise refuse(config, Fault(("crystal", "atoms"), error.allowed)) from None
         cause = "a cell made for springs, which reach one layer only"
         raise refuse(config, Fault(("slab",), error.allowed, cause)) from None
+
+
+@singledispatch
+def _slab(model: AnyModel, config: ValidateConfig | DeckConfig) -> AnySlab:
+    return slab_under(check_model("model", model), Grid(config.slab.points, config.slab.lengths), config.slab.depth)
+
+
+@_slab.register
+def _(model: AnyCrystalModel, config: DeckConfig) -> AnySlab:
+    slab = slab_of_table(config.crystal, model, config.grid.lengths, config.slab.depth)
+    _require_memory(slab, config.slab.depth)
+    return slab
 
 
 def specimen_of(config: ValidateConfig) -> Specimen:
@@ -101,4 +164,4 @@ def specimen_of(config: ValidateConfig) -> Specimen:
     crystal of the potential is not a stable fcc one; LammpsError if LAMMPS fails.
     """
     model = model_of(config.interatomic.potential())
-    return Specimen.of_slab(slab_of(config, model), model)
+    return Specimen.of_slab(cast(Slab, slab_of(config, model)), model)

@@ -45,6 +45,16 @@ Stackings of the same planes may differ by less: Lennard-Jones cut at 2.5 σ (sm
 """
 
 
+_SUFFIXES = {"gpu": "GPU", "intel": "INTEL", "kk": "KOKKOS", "omp": "OPENMP", "opt": "OPT"}
+_PACKAGES = {
+    "MANYBODY": "adp eam eam/alloy eam/fs sw tersoff rebo airebo vashishta", "MEAM": "meam", "ML-HDNNP": "hdnnp",
+    "ML-IAP": "mliap", "ML-PACE": "pace", "ML-POD": "pod", "ML-RANN": "rann", "ML-SNAP": "snap", "ML-UF3": "uf3",
+    "REAXFF": "reaxff", "of the authors of MACE": "mace symmetrix/mace", "DeePMD-kit": "deepmd",
+    "of the authors of Allegro": "allegro nequip",
+}  # fmt: skip
+"""Packages with the pair styles of crystals that are in them."""
+_PACKAGE_OF = {style: package for package, styles in _PACKAGES.items() for style in styles.split()}
+
 _MEASURED: dict[str, Crystal] = {}
 """Crystals by all that determines them."""
 
@@ -72,13 +82,7 @@ def measure_crystal(potential: Potential) -> Crystal:
     """
     if potential.atom_style != "atomic":
         raise ValueError(f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}")
-    _, first, *words = potential.interactions().split()  # pair_style NAME ...
-    for style in [first, *(word for word in words if "/" in word)]:  # of those that a hybrid style combines, too
-        if style not in pair_styles():
-            meant = nearest(style, sorted(pair_styles()))
-            hint = f"; did you mean {meant}?" if meant else ""
-            msg = f"the installed LAMMPS has no pair_style {style!r}{hint}; `atomistic doctor` lists its packages"
-            raise PotentialError(msg)
+    require_style(potential)
     volume = potential.guess or (0.5 * potential.cutoff) ** 3
     with _Strained(potential, _SQUARE, _FCC) as fcc:
         try:
@@ -93,6 +97,25 @@ def measure_crystal(potential: Potential) -> Crystal:
     crystal = Crystal(a0 * float(np.sqrt(2)), energy, constants, _others(potential, a0**3 / np.sqrt(2)))
     _require_fcc(potential, crystal)
     return crystal
+
+
+def require_style(potential: Potential) -> None:
+    """Check that the installed LAMMPS has the styles of a potential, also those that a hybrid one combines.
+
+    Raises PotentialError, with the package that a style is in, or a style of a similar name.
+    """
+    combined, words = potential.interactions().partition("\n")[0].split()[1:2], set[str]()
+    if combined[0].startswith("hybrid"):
+        words = {word for word in potential.interactions().split()[2:] if word in _PACKAGE_OF or "/" in word}
+    for style in [*combined, *sorted(words)]:
+        if style in pair_styles():
+            continue
+        base, _, suffix = style.rpartition("/")
+        package = _PACKAGE_OF.get(style) or (_SUFFIXES.get(suffix) if base in pair_styles() else None)
+        meant = None if package else nearest(style, sorted(pair_styles()))
+        hint = f"; did you mean {meant}?" if meant else f": it is in the package {package}" if package else ""
+        msg = f"the installed LAMMPS has no pair_style {style!r}{hint}; `atomistic doctor` lists its packages"
+        raise PotentialError(msg)
 
 
 def _require_fcc(potential: Potential, crystal: Crystal) -> None:

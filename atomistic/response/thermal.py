@@ -8,11 +8,12 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.model import CrystalModel, Model
+from atomistic.crystal.model import AnyCrystalModel, AnyModel, CrystalModel
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.protocol import BOLTZMANN, time_unit, vibration_timestep
 from atomistic.lammps.session import Cell
@@ -21,10 +22,9 @@ from continuum.errors import OutputError
 from continuum.files import output
 from continuum.model.fourier import Real
 
+_Crystal = CrystalModel | AnyCrystalModel
 VERSION = 1
 """Increased whenever the measurement changes."""
-_CELLS = 4
-"""Cubic cells along each side of the bulk: 256 atoms."""
 _BLOCKS, _BULK_STEPS, _SURFACE_STEPS = 10, 1500, 2000
 """Number of blocks of a mean, whose scatter gives its error, and time steps of each."""
 _SETTLING = 2000
@@ -55,10 +55,6 @@ class WarmCrystal:
     rise_error: float
     """Standard error of the rise of the surface."""
 
-    def of(self, model: CrystalModel) -> CrystalModel:
-        """The model with the lattice constant of this temperature and the elastic constants at rest."""
-        return _stretched(model, self.stretch)
-
     def rise_of(self, slab: Slab) -> Real:
         """Rise of each layer of a slab, shape (layers,), in a0."""
         half = len(self.rise) // 2
@@ -67,7 +63,11 @@ class WarmCrystal:
 
 
 def warm_crystal(
-    model: CrystalModel, temperature: float, mobile: int, folder: Path, progress: Progress | None = None
+    model: _Crystal,
+    temperature: float,
+    mobile: int,
+    folder: Path,
+    progress: Progress | None = None,
 ) -> WarmCrystal:
     """A crystal at a temperature: read from a folder if it is there, else measured and stored.
 
@@ -75,7 +75,8 @@ def warm_crystal(
     ----------
     model : the crystal at rest.
     temperature : k_B T, in its E* a0³.
-    mobile : number of mobile layers of the slab; zero for the lattice constant alone, in a third of the time.
+    mobile : number of mobile layers of the slab; zero for the lattice constant alone, in a third of the time, as of all
+        other slabs than fcc(100).
     folder : folder of the files, made if needed; nothing is stored if that fails.
     progress : called after each run of a measurement with the number of finished runs and of all.
 
@@ -106,7 +107,7 @@ def warm_crystal(
 
 
 def measure_warm_crystal(
-    model: CrystalModel,
+    model: _Crystal,
     temperature: float,
     layers: int = _LAYERS,
     progress: Progress | None = None,
@@ -123,15 +124,14 @@ def measure_warm_crystal(
     bulk = bulk or _measure_bulk(model, temperature, tell)
     if not layers:
         return bulk
-    rise, rise_error = _rise(bulk.of(model), temperature * bulk.stretch**-3, layers)
+    rise, rise_error = _rise(cast(CrystalModel, model.stretched(bulk.stretch)), temperature * bulk.stretch**-3, layers)
     tell(4, 4)
     return replace(bulk, rise=rise, rise_error=rise_error)
 
 
-def _measure_bulk(model: CrystalModel, temperature: float, tell: Progress) -> WarmCrystal:
+def _measure_bulk(model: _Crystal, temperature: float, tell: Progress) -> WarmCrystal:
     """The lattice constant at a temperature, without the layers of a slab."""
-    c11, c12, _ = model.elastic_constants
-    stretch, stiffness = 1.0, c11 + 2 * c12  # -dp/d ln(a), at rest
+    stretch, stiffness = 1.0, model.dilation  # -dp/d ln(a), at rest
     pressure, error = _pressure(model, temperature, stretch, _BLOCKS // 2)
     tell(1, 4)
     for done, blocks in enumerate((_BLOCKS // 2, _BLOCKS), 2):
@@ -146,20 +146,13 @@ def _measure_bulk(model: CrystalModel, temperature: float, tell: Progress) -> Wa
     return WarmCrystal(temperature, stretch, error / stiffness, pressure, (), 0.0)
 
 
-def _stretched(model: CrystalModel, stretch: float) -> CrystalModel:
-    """The model with another lattice constant."""
-    crystal = replace(model.crystal, lattice_constant=model.crystal.lattice_constant * stretch)
-    return replace(model, crystal=crystal)
-
-
-def _pressure(model: CrystalModel, temperature: float, stretch: float, blocks: int) -> tuple[float, float]:
+def _pressure(model: _Crystal, temperature: float, stretch: float, blocks: int) -> tuple[float, float]:
     """Mean pressure of a periodic crystal, in E*, and its standard error."""
-    edge = np.sqrt(2) * model.length * stretch
-    corners = np.stack(np.meshgrid(*3 * [np.arange(_CELLS)], indexing="ij"), axis=-1).reshape(-1, 1, 3)
-    sites = corners + np.array([[0, 0, 0], [1, 1, 0], [1, 0, 1], [0, 1, 1]]) / 2
-    positions = edge * sites.reshape(-1, 3)
-    gas = len(positions) * temperature / (_CELLS**3 * np.sqrt(8) * stretch**3)  # in E*: V in a0³ at rest
-    with Cell(model, positions, np.full(3, edge * _CELLS)) as cell:
+    block = model.supercell
+    edge = block.edge * model.length * stretch
+    positions = edge * block.sites
+    gas = len(positions) * temperature / (block.volume * stretch**3)  # in E*: V in a0³ at rest
+    with Cell(model, positions, edge * block.periods, types=block.types) as cell:
         _warm_up(cell, model, temperature, "all")
         cell.command(
             f"fix mean all ave/time 10 {_BULK_STEPS // 10} {_BULK_STEPS} c_pressure[1] c_pressure[2] c_pressure[3]"
@@ -194,7 +187,7 @@ def _rise(model: CrystalModel, temperature: float, layers: int) -> tuple[tuple[f
     return tuple(float(value) for value in rise.mean(axis=0)), float(error)
 
 
-def _warm_up(cell: Cell, model: Model, temperature: float, group: str) -> None:
+def _warm_up(cell: Cell, model: AnyModel, temperature: float, group: str) -> None:
     """Atoms of a group under Newton's law and a thermostat, settled."""
     kelvin = temperature * model.energy / BOLTZMANN[model.units]
     timestep = vibration_timestep(model) * time_unit(model)

@@ -68,7 +68,7 @@ def _steps(run: DeckSteps) -> Sheet:
 
 def _friction_columns(run: DeckSteps) -> dict[str, Sequence[Entry]]:
     """Load in real units; for a sliding wall also friction, and friction over a compressive load."""
-    real, atoms, found = run.description.real_units, run.last.gap.size, dict[str, Sequence[Entry]]()
+    real, area, found = run.description.real_units, run.last.slab.grid.area, dict[str, Sequence[Entry]]()
     named = {"N": "load"} | ({"friction": f"lateral_{run.slides}"} if run.slides else {})
     if run.slides:
         found["friction/N"] = [
@@ -80,7 +80,7 @@ def _friction_columns(run: DeckSteps) -> dict[str, Sequence[Entry]]:
         for head, name in named.items():
             found[f"{head}/A0 (GPa)"] = [real.to_si(getattr(step, name), "pressure") / giga for step in run.steps]
         for head, name in named.items() if run.slides else ():
-            found[f"{head} (nN)"] = [real.to_si(getattr(step, name) * atoms, "force") / nano for step in run.steps]
+            found[f"{head} (nN)"] = [real.to_si(getattr(step, name) * area, "force") / nano for step in run.steps]
     return found
 
 
@@ -111,7 +111,7 @@ def _means(run: DeckSteps) -> list[str]:
     """Means over the windows in which the wall slides or rests, a line each, with warnings."""
     if not run.averaged:
         return []
-    real, atoms = run.description.real_units, run.last.gap.size
+    real, area = run.description.real_units, run.last.slab.grid.area
     named = {"friction over A0": f"lateral_{run.slides}"} if run.slides else {}
     named |= {"N/A0": "load", "A_rep/A0": "area_rep"}
     lines = [f"Means over the {len(run.averaged)} windows in which the wall {'slides' if run.slides else 'rests'}:"]
@@ -119,7 +119,7 @@ def _means(run: DeckSteps) -> list[str]:
         found = run.mean(name)
         unit = "" if name == "area_rep" else " E*"
         if unit and real is not None:
-            pressure, force = real.to_si(found.mean, "pressure"), real.to_si(found.mean * atoms, "force")
+            pressure, force = real.to_si(found.mean, "pressure"), real.to_si(found.mean * area, "force")
             unit += f" ({readable(pressure, 'pressure')}, {force / scipy.constants.nano:.4g} nN)"
         lines.append(f"  {words_of}: {found.mean:.4g} ± {found.error:.1g}{unit}.  {found.doubts}".rstrip())
     if (ratio := run.friction) is not None:
@@ -158,7 +158,7 @@ def _temperatures(run: DeckSteps) -> str:
 
 def _last(run: DeckSteps) -> Sheet:
     last, step, real = run.last, run.steps[-1], run.description.real_units
-    atoms = last.gap.size
+    area = last.slab.grid.area
     rows: list[tuple[str, Entry]] = [
         ("separation", f"{last.separation:.10g} a0"),
         ("mean gap", f"{last.mean_gap:.10g} a0"),
@@ -175,7 +175,7 @@ def _last(run: DeckSteps) -> Sheet:
     if real is not None:
         rows[3:3] = [
             ("normal force N", f"{real.to_si(last.force, 'force') / scipy.constants.nano:.10g} nN"),
-            ("mean pressure", f"{real.to_si(last.force / atoms, 'pressure') / scipy.constants.giga:.10g} GPa"),
+            ("mean pressure", f"{real.to_si(last.force / area, 'pressure') / scipy.constants.giga:.10g} GPa"),
         ]
     if last.lateral_x or last.lateral_y:  # of a wall that follows the atoms
         rows.insert(3, ("lateral force on the atoms", f"{last.lateral_x:.10g}, {last.lateral_y:.10g} E* a0²"))
@@ -187,12 +187,12 @@ def _balance(run: DeckSteps) -> list[Sheet]:
     found = run.balance
     if found is None:
         return []
-    real, atoms = run.description.real_units, run.last.gap.size
+    real, area = run.description.real_units, run.last.slab.grid.area
     kept_load = run.description.pressure is not None
 
     def said(value: float, error: float = 0.0) -> str:
         mark = f" ± {error:.1g}" if np.isfinite(error) and error else ""
-        whole = "" if real is None else f" ({real.to_si(value * atoms, 'energy') / scipy.constants.eV:.4g} eV)"
+        whole = "" if real is None else f" ({real.to_si(value * area, 'energy') / scipy.constants.eV:.4g} eV)"
         return f"{value:.4g}{mark} E* a0{whole}"
 
     rows: list[tuple[str, Entry]] = [(f"work of the wall along {run.slides}", said(found.along))] if run.slides else []
@@ -217,8 +217,7 @@ def _compared(run: DeckSteps, beside: tuple[ContinuumStep, ...]) -> Sheet:
          "converged" if other.converged else "not converged")
         for i, (step, other) in enumerate(zip(run.steps, beside, strict=True), 1)
     ]  # fmt: skip
-    own = "an isotropic half-space of nu = 1/2" if run.stiffness is None else "the slab's own linear response at rest"
-    note = f"The continuum is {own} under the same wall, at the mean gap of the atoms.\n{_temperatures(run)}"
+    note = f"The continuum is {run.response} under the same wall, at the mean gap of the atoms.\n{_temperatures(run)}"
     return Sheet.of("Beside the continuum", tuple(map(Column, names)), rows, note)
 
 
@@ -265,11 +264,12 @@ def draw_deck_run(run: DeckSteps, beside: tuple[ContinuumStep, ...] = ()) -> Fig
     area.set(xlabel=place, ylabel="$A/A_0$", ylim=(-0.03, 1.03))
     grid = run.last.slab.grid
     widest = int(np.argmax([step.area_rep for step in run.steps]))
-    contact_image(contact, contact_map(run.wall, run.gaps[widest]), grid.lengths)
+    contact_image(contact, contact_map(run.wall, run.last.slab.on_grid(run.gaps[widest])), grid.lengths)
     marked = "; x: slipped" if run.slips[widest].any() else ""
     if marked:
-        x_slipped, y_slipped = np.nonzero(run.slips[widest])
-        contact.plot(x_slipped + 0.5, y_slipped + 0.5, "x", color=SERIES[2], markersize=3)
+        places = np.nonzero(run.last.slab.on_grid(run.slips[widest]))
+        at = [(i + 0.5) * step for i, step in zip(places, grid.spacing, strict=True)]
+        contact.plot(*at, "x", color=SERIES[2], markersize=3)
     contact.set(xlabel="x ($a_0$)", ylabel="y ($a_0$)")
     letter_panels((load, area, contact), ("load", "areas", f"contact, step {widest + 1}{marked}"))
     for axis in (load, area):
@@ -288,7 +288,8 @@ def _meshes(run: DeckSteps, stem: Path, beside: tuple[ContinuumStep, ...]) -> It
     for i, step in enumerate(run.steps, 1):
         mark = f".{i}" if run.description.steps else ""
         level = step.separation + run.description.surface
-        mesh = wall_mesh(run.heights, level, run.description.length, (step.offset_x, step.offset_y))
+        offset, grid = (step.offset_x, step.offset_y), run.last.slab.grid
+        mesh = wall_mesh(run.heights, level, run.description.length, offset, grid.spacing)
         yield save_file(stem.with_name(f"{stem.name}-wall{mark}.vtk"), mesh)
 
 

@@ -122,3 +122,36 @@ def contact_modulus(constants: CubicConstants, directions: int = 128) -> float:
     """
     angles = np.arange(directions, dtype=np.float64) * (np.pi / 2 / directions)
     return float(1 / np.mean(1 / directional_contact_modulus(constants, angles)))
+
+
+def tensor_of(matrix: Real) -> Real:
+    """C_ijkl, shape (3, 3, 3, 3), from Voigt's 6 x 6 matrix."""
+    at = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+    found: Real = np.asarray(matrix)[at[:, :, None, None], at[None, None]]
+    return found
+
+
+def rotated(tensor: Real, axes: Real) -> Real:
+    """C_ijkl along other axes, orthogonal rows of any length, which the result's 1, 2 and 3 are."""
+    r = np.asarray(axes) / np.linalg.norm(axes, axis=-1, keepdims=True)
+    return np.asarray(np.einsum("ai,bj,ck,dl,ijkl->abcd", r, r, r, r, tensor))
+
+
+def anisotropic_contact_modulus(tensor: Real, angle: Real) -> Real:
+    """E*(θ) = 2 K/q of the half-space below the plane of axes 1 and 2 of any crystal, at angles from axis 1.
+
+    E*(θ) = 2/(L⁻¹)_33 with the integral of Barnett and Lothe, L = (1/π) ∫ [(mm) - (mn) (nn)⁻¹ (nm)] dφ, over
+    directions m and n that turn in the plane of wave and normal (Ting, Anisotropic Elasticity, 1996, 7.4).
+    Equal weights converge exponentially, as the integrand has the period π.  Its mean is that of compliances, 1/<1/E*>.
+
+    Parameters
+    ----------
+    tensor : C_ijkl along the axes of the face, shape (3, 3, 3, 3); the result has its unit.
+    angle : of the wavevector, in radians, shape (n,).
+    """
+    theta, phi = np.asarray(angle)[:, None, None], np.arange(400)[:, None] * np.pi / 400
+    along, up = np.concatenate([np.cos(theta), np.sin(theta), 0 * theta], axis=-1), np.array([0.0, 0.0, 1.0])
+    m, n = np.cos(phi) * along + np.sin(phi) * up, np.cos(phi) * up - np.sin(phi) * along
+    mm, mn, nn = (np.einsum("tpi,ijkl,tpl->tpjk", a, tensor, b, optimize=True) for a, b in ((m, m), (m, n), (n, n)))
+    whole = np.mean(mm - mn @ np.linalg.inv(nn) @ mn.swapaxes(-1, -2), axis=1)
+    return np.asarray(2 / np.linalg.inv(whole)[:, 2, 2])

@@ -63,7 +63,16 @@ def test_the_files_of_the_atoms_hold_every_number_to_its_last_digit(tmp_path):
 def test_the_script_is_complete_and_holds_the_numbers_of_the_deck():
     deck = make_deck(tolerance=3e-12, evaluations=77)
     texts = render(deck)
-    others = {"slab.data", "slab.start", "wall.heights", "deck.json", "in.motion", "stiffness.npy", "input.toml"}
+    others = {
+        "slab.data",
+        "slab.start",
+        "wall.heights",
+        "deck.json",
+        "in.motion",
+        "stiffness.npy",
+        "input.toml",
+        "wall.npy",
+    }
     of_other_walls = {"heightmap.cpp", "heightmap.so", "wall.map", "wall.data", "in.place"}
     assert {*texts, *others, *of_other_walls} == set(INPUTS)
     assert not [name for name, text in texts.items() if "@{" in text or "np.float64" in text]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scipy import constants as si
 
 from atomistic.config.deck import steps_of
 from atomistic.config.motion import thermal_energy
+from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import LennardJones
 from atomistic.crystal.model import Crystal, CrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
@@ -27,6 +29,7 @@ COPPER = CrystalModel(
 )
 MOTION = Motion((1.2, 1.1, 1.0), (0.0, 0.0, 0.5), (30.0, 50.0), 0.01, 2, 0.5, 7, 0.03, hold=1, hold_damping=0.25)
 MASS, A0 = 63.546 * si.atomic_mass, LATTICE / np.sqrt(2) * si.angstrom
+SLAB = Slab((5, 6), mobile=4)
 ATOMS = 30
 
 
@@ -39,7 +42,7 @@ def test_a_deck_in_units_metal_moves_copper_by_kelvin_and_picoseconds() -> None:
     modulus = COPPER.contact_modulus / GPA * si.giga
     unit = np.sqrt(MASS / (modulus * A0)) / si.pico  # a0 (m/(E* a0³))^(1/2), in ps
     motion = replace(MOTION, temperature=thermal_energy("300K", COPPER.real_units))
-    found = motion.placeholders(COPPER, mobile=4, surface_atoms=ATOMS)
+    found = motion.placeholders(COPPER, SLAB)
     # LAMMPS' constants of Boltzmann and of the mass have six digits, as has the mass of the file.
     assert float(found["temperature"]) == pytest.approx(300, rel=5e-6)
     assert float(found["twice_temperature"]) == pytest.approx(600, rel=5e-6)
@@ -55,7 +58,7 @@ def test_a_deck_in_units_metal_moves_copper_by_kelvin_and_picoseconds() -> None:
 
 
 def test_a_wall_under_load_gives_way_by_the_impedance_of_copper() -> None:
-    lines = replace(MOTION, pressure=0.02).placeholders(COPPER, mobile=4, surface_atoms=ATOMS)
+    lines = replace(MOTION, pressure=0.02).placeholders(COPPER, SLAB)
     found = lines["height_of_wall"]
     (rate,) = map(float, re.findall(r"\+(\S+?)\*\$\{dt\}\*f_follow\[3\]", found))
     (load,) = map(float, re.findall(r"wanted equal (\S+)", found))
@@ -87,7 +90,7 @@ def test_the_step_follows_the_stiffest_wave_of_any_crystal(constants: tuple[floa
     "model", [COPPER, CrystalModel(LennardJones(), Crystal(1.6, -8.0, CubicConstants(9, 5, 5), {}))]
 )
 def test_ratios_of_times_and_energies_do_not_depend_on_units(model: CrystalModel) -> None:
-    found = MOTION.placeholders(model, mobile=4, surface_atoms=ATOMS)
+    found = MOTION.placeholders(model, SLAB)
     steps, dampings = numbers(found["timesteps"]), numbers(found["dampings"])
     assert np.divide(dampings, steps) == pytest.approx(np.divide((0.25, 0.5), MOTION.timesteps), rel=1e-12)
     kinetic = float(found["temperature"]) * float(found["boltzmann"]) / model.energy
@@ -98,10 +101,19 @@ def test_ratios_of_times_and_energies_do_not_depend_on_units(model: CrystalModel
     assert numbers(found["slide_to"]) == [0.0, 0.5]
 
 
-@pytest.mark.parametrize("along", ["x", "y"])
-def test_a_wall_slides_along_one_axis_and_not_across(along: str) -> None:
-    found = replace(MOTION, along=along).placeholders(COPPER, mobile=4, surface_atoms=ATOMS)
-    assert (found["along"], found["across"]) == (along, {"x": "y", "y": "x"}[along])
+@pytest.mark.parametrize(("along", "ways"), [("x", (1, 0)), ("y", (0, 1)), (30.0, (0.75**0.5, 0.5)), (90.0, (0, 1))])
+def test_a_wall_slides_along_its_direction_and_not_across(along: Any, ways: tuple[float, float]) -> None:
+    found = replace(MOTION, along=along).placeholders(COPPER, SLAB)
+    # LAMMPS' formulas, of a window from 1 to 3 at its end.
+    formulas = dict(line.split()[1::2] for line in found["offsets"].splitlines())
+    slid = {"v_done": "1.0", "${slide_from}": "1.0", "${slide_to}": "3.0"}
+    for name, way in zip("xy", ways, strict=True):
+        text = formulas[f"offset_{name}"]
+        for word, value in slid.items():
+            text = text.replace(word, value)
+        assert eval(text) == pytest.approx(3 * way, abs=1e-14)
+    force = eval(found["work_along"].replace("v_mean_lateral_x", "2.0").replace("v_mean_lateral_y", "5.0"))
+    assert force == pytest.approx(2 * ways[0] + 5 * ways[1], abs=1e-14)
 
 
 @pytest.mark.parametrize("time", [0.01, 3.0, 3.0001, 29.9999, 30.0, 1000.0])

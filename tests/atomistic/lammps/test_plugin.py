@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import sys
 from dataclasses import replace
@@ -16,7 +17,7 @@ import continuum as c
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck, write_deck
-from atomistic.lammps.engine import run_command, run_in_process
+from atomistic.lammps.engine import open_library, run_command, run_in_process
 from atomistic.lammps.plugin import PluginError, pieces_of_law, plugin_library
 from atomistic.lammps.shape import HeightSpline, Waves, map_error, map_of, shape_notes
 from continuum.model.walls import Wall
@@ -25,6 +26,7 @@ from tests.problems import two_ranks
 
 compiler = pytest.mark.skipif(not any(map(shutil.which, ("c++", "g++", "clang++"))), reason="there is no C++ compiler")
 SHAPE = (5, 7)
+GRID = c.Grid(SHAPE, (5.0, 7.0))
 OLDEST = Path(sys.prefix) / "oldest-lammps/lammps"
 
 
@@ -101,17 +103,17 @@ def test_the_plugin_is_the_spline_where_the_atoms_are(tmp_path):
 def test_a_wall_that_has_a_formula_is_a_map_four_times_as_fine(tmp_path):
     waves = Waves((5.0, 7.0), 0.0, ((0.1, 1, 0, 0.3), (0.05, 1, -1, 1.0)))
     deck = displaced(WALLS["lennard-jones-spline"], waves)
-    assert map_of(waves, SHAPE).shape == (20, 28)
+    assert map_of(waves, GRID).shape == (20, 28)
     result = run_in_process(write_deck(tmp_path, deck))
     at = deck.slab.positions[0] + result.displacements[0]
     # (q h)^4/384 with wavelengths of 4.07 a0 and more, and points a quarter of an a0 apart: 6e-5 of 0.15 a0.
     apart = np.abs(result.heights - waves.evaluate(at[..., 0], at[..., 1]).height).max()
     assert apart < 1e-5
-    by_height, by_slope = map_error(waves, SHAPE)
+    by_height, by_slope = map_error(waves, GRID)
     # What a deck says of its map is largest in the middles of the cells, or hardly larger elsewhere.
     assert 0.3 * apart < by_height < 1e-5
-    assert f"{by_height:.1e} a0 in height and {by_slope:.1e} in slope" in shape_notes(waves, SHAPE, plugin=True)[0]
-    assert shape_notes(waves, SHAPE, plugin=False) == ()
+    assert f"{by_height:.1e} a0 in height and {by_slope:.1e} in slope" in shape_notes(waves, GRID, plugin=True)[0]
+    assert shape_notes(waves, GRID, plugin=False) == ()
 
 
 @compiler
@@ -161,6 +163,18 @@ def test_what_the_plugin_cannot_do_is_an_error_of_lammps(tmp_path, before, after
     assert before in script.read_text()
     script.write_text(script.read_text().replace(before, after))
     with pytest.raises(a.LammpsError, match=words):
+        run_in_process(deck)
+
+
+@compiler
+def test_a_plugin_that_was_built_for_another_lammps_is_refused_when_it_is_loaded(tmp_path, monkeypatch, library):
+    with contextlib.closing(open_library()) as here:
+        version = int(here.version()).to_bytes(4, "little")
+    assert library.count(version)
+    other = library.replace(version, (20240101).to_bytes(4, "little"))
+    monkeypatch.setattr("atomistic.lammps.plugin.plugin_library", lambda: other)
+    deck = write_deck(tmp_path, replace(spread(WALLS["lennard-jones-spline"]), wall_force="plugin"))
+    with pytest.raises(a.LammpsError, match="was built for LAMMPS 20240101, and this is 2"):
         run_in_process(deck)
 
 

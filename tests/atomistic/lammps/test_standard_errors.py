@@ -25,7 +25,7 @@ from continuum.model.walls import LennardJonesSpline
 SERIES = 4000
 MOTION = Motion((1.0, 1.0), (0.0, 0.0), (30.0,), 0.0, 1, 2.0, 1, 0.03)
 NAMES = list(scripts.AVERAGES)
-LINES = MOTION.placeholders(Springs(), 2, 9)
+LINES = MOTION.placeholders(Springs(), Slab((3, 3), 2))
 
 
 def mean_and_error(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Contact moduli of crystal faces against the integral of Barnett and Lothe, which knows no symmetry."""
+"""Contact moduli of crystal faces, and the integral of Barnett and Lothe, which knows no symmetry."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.model.cubic import CubicConstants, contact_modulus
+from continuum.model.cubic import (
+    CubicConstants,
+    anisotropic_contact_modulus,
+    contact_modulus,
+    directional_contact_modulus,
+    rotated,
+    tensor_of,
+)
 from continuum.model.hexagonal import HexagonalConstants
-
-
-def tensor(stiffness: np.ndarray) -> np.ndarray:
-    """C_ijkl from Voigt's 6 x 6 matrix."""
-    at = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
-    return stiffness[at[:, :, None, None], at[None, None]]
 
 
 def voigt(c11: float, c12: float, c13: float, c33: float, c44: float, c66: float) -> np.ndarray:
@@ -25,19 +26,9 @@ def voigt(c11: float, c12: float, c13: float, c33: float, c44: float, c66: float
 
 
 def by_integral(stiffness: np.ndarray, directions: int) -> float:
-    """E* = 2/<L^-1_zz>, L = (1/π) ∫ [(mm) - (mn) (nn)^-1 (nm)] dφ, m and n turning in the plane of wave and normal.
-
-    Equal weights converge exponentially, as the integrand has the period π.
-    """
-    c, compliances = tensor(stiffness), []
-    for angle in np.arange(directions) * np.pi / directions:
-        along, up = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([0.0, 0.0, 1.0])
-        phi = np.arange(400)[:, None] * np.pi / 400
-        m, n = np.cos(phi) * along + np.sin(phi) * up, np.cos(phi) * up - np.sin(phi) * along
-        mm, mn, nn = (np.einsum("pi,ijkl,pl->pjk", a, c, b) for a, b in ((m, m), (m, n), (n, n)))
-        whole = np.mean(mm - mn @ np.linalg.inv(nn) @ mn.transpose(0, 2, 1), axis=0)
-        compliances.append(np.linalg.inv(whole)[2, 2])
-    return float(2 / np.mean(compliances))
+    """The mean E* = 1/<1/E*(θ)> of a face."""
+    angles = np.arange(directions) * np.pi / directions
+    return float(1 / np.mean(1 / anisotropic_contact_modulus(tensor_of(stiffness), angles)))
 
 
 @pytest.mark.parametrize(
@@ -61,6 +52,33 @@ def test_the_cubic_face_is_that_of_the_integral(constants: tuple[float, float, f
     c11, c12, c44 = constants
     expected = by_integral(voigt(c11, c12, c12, c11, c44, c44), directions=16)
     assert contact_modulus(CubicConstants(*constants)) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("face", "across", "expected"),
+    [([0, 0, 1], [1, 0, 0], 1.37205), ([1, 1, 0], [0, 0, 1], 1.46906), ([1, 1, 1], [1, -1, 0], 1.49866)],
+)
+def test_faces_of_fcc_springs_have_their_known_moduli(face: list[int], across: list[int], expected: float) -> None:
+    """To the digits known, in k_s/a0; and a wave has the modulus of its direction, wherever the axes are."""
+    springs = CubicConstants(2**0.5, 0.5**0.5, 0.5**0.5).stiffness_tensor()
+    axes = np.array([across, np.cross(face, across), face])
+    angles = np.arange(32) * np.pi / 32
+    found = anisotropic_contact_modulus(rotated(springs, axes), angles)
+    assert 1 / np.mean(1 / found) == pytest.approx(expected, abs=6e-6)
+    turned = np.array(
+        [np.cos(0.7) * axes[0] / np.linalg.norm(axes[0]) + np.sin(0.7) * axes[1] / np.linalg.norm(axes[1])]
+    )
+    turned = np.concatenate([turned, np.cross(face, turned), axes[2:]])
+    assert anisotropic_contact_modulus(rotated(springs, turned), angles - 0.7) == pytest.approx(found, rel=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 2.0])
+def test_waves_on_a_cubic_face_are_those_of_a_thick_layer(angle: float) -> None:
+    constants = CubicConstants(165.7, 63.9, 79.6)
+    expected = directional_contact_modulus(constants, np.array([angle]))
+    assert anisotropic_contact_modulus(constants.stiffness_tensor(), np.array([angle])) == pytest.approx(
+        expected, rel=1e-9
+    )
 
 
 @given(st.floats(-0.9, 0.499), st.floats(1e-3, 1e3))
