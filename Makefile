@@ -44,7 +44,7 @@ mutants: .venv/installed-dev
 	$(BIN)/python -m pip install --quiet --no-compile --editable ".[mutants]"
 	$(BIN)/python -m tests.mutants $(MUTANTS)
 
-# The solver beside analytic contacts: tables and figure of docs/verification.md.
+# The solver beside analytic contacts: tables and figure of docs/studies/verification.md.
 verification: .venv/installed-dev
 	$(BIN)/python -m docs.studies.verification docs
 

@@ -2,19 +2,24 @@
 
 Persson and Scaraggi's weak adhesion and the bearing area for any spectrum (:mod:`docs.studies.persson`), and the
 law of docs/law.md, against w at the threshold of docs/measured/law.csv (period 8 λ_L) and
-docs/studies/record/record.csv (period 2 λ_L).
+docs/studies/record/record.csv (period 2 λ_L); ten minutes.  ``--parts`` takes the first apart on one surface.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from pandas import DataFrame, concat, read_csv
 
+import continuum as c
+from continuum.model.grid import Grid
+from continuum.model.surfaces import SelfAffineSurface
 from continuum.model.walls.attraction import Shape, attraction_on_core
+from continuum.path.threshold import press_without_adhesion
 from continuum.sheet import Sheet
 from docs.studies.judgement import MEASURED
 from docs.studies.law import fit, thresholds
@@ -22,6 +27,8 @@ from docs.studies.persson import PerssonContact
 
 FAR = 60.0
 """Ranges to which an attraction without end is integrated."""
+CORE = 5.0
+"""Stiffness of the wall's core in the sweeps, in E*/a0."""
 HARD = 1e-4
 """Work of the wall over core stiffness and range²: a wall of any range has the same shape, in units of it."""
 
@@ -78,8 +85,30 @@ def power(part: DataFrame, name: str) -> float:
     return float((x * y).sum() / (x * x).sum())
 
 
+def parts() -> Iterator[str]:
+    """On one surface, pressed without adhesion: pressure and mean tension over those of the theory, and w likewise."""
+    yield "| area | Δr/h_rms | pressure | attraction | w at the threshold |\n|---|---|---|---|---|"
+    rows = read_csv(MEASURED / "law.csv").query("n == 512 and seed == 11 and hurst == 0.8 and shape == 'spline'")
+    for row in rows.itertuples():
+        grid = Grid.square(row.n)
+        heights = SelfAffineSurface(
+            kind="self-affine", hurst=row.hurst, lambda_s=row.lambda_s, lambda_L=row.lambda_L, seed=row.seed,
+            rms_height=row.height,
+        ).build(grid)  # fmt: skip
+        wall = attraction_on_core("spline", row.work, row.range, CORE)
+        contact = c.Contact(heights, wall=wall, substrate=c.HalfSpace("clamped"), tolerance=1e-5)
+        state = press_without_adhesion(contact.problem, row.area, contact.settings, CORE)
+        theory = surface(row.hurst, row.slope, row.lambda_s, row.lambda_L, row.n, 0.45)
+        pressure, work = theory.pressure(row.area), weak_adhesion(theory, "spline", row.range, row.area)
+        found = (state.load / pressure, grid.mean(state.attraction(wall)[0]) / (pressure / work), row.work / work)
+        yield f"| {row.area:.0%} | {row.range / row.height:g} | {' | '.join(f'{ratio:.2f}' for ratio in found)} |"
+
+
 def main() -> None:
-    """Print the tables of docs/law.md."""
+    """Print the table of docs/studies/rivals.md."""
+    if "--parts" in sys.argv:
+        sys.stdout.write("\n".join(parts()) + "\n")
+        return
     rows = compared(recorded())
     columns = ("law", "weak", "bearing")
     cells = []
