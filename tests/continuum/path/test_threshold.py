@@ -212,7 +212,7 @@ def test_the_threshold_by_search_lies_there(law: str, substrate: str) -> None:
     found = pressed(heights, GRID, 0.05, core, SUBSTRATES[substrate]).threshold(wall_of)
     contact = c.Contact(heights, wall_of(found.dmt), SUBSTRATES[substrate], GRID.lengths, tolerance=1e-4)
     searched = contact.find_threshold(wall_of, area=0.05).require()
-    # The bound of docs/studies/one_state.md for a mean, as one small surface of some ten patches is far less than a class.
+    # The bound of docs/studies/one_state.md for a mean: one small surface of some ten patches is far less than a class.
     assert found.low / 1.08 <= searched.work <= found.high * 1.08
 
 
