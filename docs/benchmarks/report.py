@@ -463,7 +463,7 @@ def draw(results: Row, stem: Path) -> Path:
 
 
 def write(results: Row, folder: Path) -> str:
-    """Tables between the marker lines of ``studies/benchmarks.md`` in a folder, the figure in it; returns the tables."""
+    """Tables between the marker lines of ``studies/benchmarks.md`` of a folder, and the figure; returns the tables."""
     text = tables(results)
     page = folder / "studies" / "benchmarks.md"
     before, rest = page.read_text().split(BEGIN)
