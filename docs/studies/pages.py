@@ -27,6 +27,7 @@ from docs.studies import (
     patches,
     periods,
     pull_off_judged,
+    rivals,
     short_range,
     threshold_of_atoms,
 )
@@ -244,6 +245,7 @@ MADE: dict[str, Callable[[], str]] = {
     "classes": lambda: classes.verdicts(classes.read()).markdown().partition("\n")[2].strip(),
     "bandwidth": lambda: bandwidth.found(bandwidth.stored()),
     "patches": lambda: "\n".join(patches.lines(patches.stored())),
+    "rivals": lambda: "\n".join(rivals.lines(_stored(rivals.FILE))),
     # An exponent of zero has no sign.
     "exponents": lambda: exponents.tables().replace("-0.00 (", "+0.00 ("),
     "budget": _budget,

@@ -2,7 +2,8 @@
 
 Persson and Scaraggi's weak adhesion and the bearing area for any spectrum (:mod:`docs.studies.persson`), and the
 law of docs/law.md, against w at the threshold of docs/measured/law.csv (period 8 λ_L) and
-docs/studies/record/record.csv (period 2 λ_L); ten minutes.  ``--parts`` takes the first apart on one surface.
+docs/studies/record/record.csv (period 2 λ_L).  ``--run`` evaluates both, a good minute, and writes
+``docs/measured/rivals.csv``, from which the table is made.  ``--parts`` takes the first apart on one surface.
 """
 
 from __future__ import annotations
@@ -20,13 +21,15 @@ from continuum.model.grid import Grid
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.model.walls.attraction import Shape, attraction_on_core
 from continuum.path.threshold import press_without_adhesion
-from continuum.sheet import Sheet
 from docs.studies.judgement import MEASURED
 from docs.studies.law import fit, thresholds
 from docs.studies.persson import PerssonContact
 
 FAR = 60.0
 """Ranges to which an attraction without end is integrated."""
+FILE = "rivals.csv"
+STORED = ["source", "shape", "hurst", "lambda_s", "lambda_L", "seed", "area", "delta", "law", "weak", "bearing"]
+"""What is kept of a threshold; the last three are logarithms of w over what each theory says."""
 CORE = 5.0
 """Stiffness of the wall's core in the sweeps, in E*/a0."""
 HARD = 1e-4
@@ -104,25 +107,32 @@ def parts() -> Iterator[str]:
         yield f"| {row.area:.0%} | {row.range / row.height:g} | {' | '.join(f'{ratio:.2f}' for ratio in found)} |"
 
 
+def lines(rows: DataFrame) -> Iterator[str]:
+    """Means of w over that of each theory, by source, shape, area and range."""
+    columns = ("law", "weak", "bearing")
+    yield (
+        "| thresholds of | shape | area | Δr/h_rms | thresholds | w/(U F) | over Persson and Scaraggi "
+        "| over the bearing area | powers of λ_L/λ_s in these |\n|---|---|---|---|---|---|---|---|---|"
+    )
+    for (source, shape, area, delta), part in rows.groupby(["source", "shape", "area", "delta"]):
+        of_hurst = part.groupby("hurst")[list(columns)].mean()
+        cells = [f"the {source}", shape, f"{area:.0%}", f"{delta:g}", str(len(part))]
+        for name in columns:
+            low, high = np.exp([of_hurst[name].min(), of_hurst[name].max()])
+            cells.append(f"{np.exp(part[name].mean()):.2f} ({low:.2f} to {high:.2f})")
+        several = part.lambda_s.nunique() > 1
+        cells.append(", ".join(f"{power(part, name):+.2f}" for name in columns) if several else "-")
+        yield f"| {' | '.join(cells)} |"
+
+
 def main() -> None:
     """Print the table of docs/studies/rivals.md."""
     if "--parts" in sys.argv:
         sys.stdout.write("\n".join(parts()) + "\n")
         return
-    rows = compared(recorded())
-    columns = ("law", "weak", "bearing")
-    cells = []
-    for (source, shape, area, delta), part in rows.groupby(["source", "shape", "area", "delta"]):
-        of_hurst = part.groupby("hurst")[list(columns)].mean()
-        row = [source, shape, f"{area:.0%}", f"{delta:g}", len(part)]
-        for name in columns:
-            low, high = np.exp([of_hurst[name].min(), of_hurst[name].max()])
-            row.append(f"{np.exp(part[name].mean()):.2f} ({low:.2f} - {high:.2f})")
-        powers = ", ".join(f"{power(part, name):+.2f}" for name in columns) if part.lambda_s.nunique() > 1 else "-"
-        cells.append((*row, powers))
-    heads = ("thresholds of", "law of attraction", "area", "Δr/h_rms", "thresholds", "w/(U F)", "w/w, Persson-Scaraggi",
-             "w/w, bearing area", "powers of λ_L/λ_s in these")  # fmt: skip
-    sys.stdout.write(Sheet.of("means (least and largest of an H)", heads, cells).markdown() + "\n")
+    if "--run" in sys.argv:
+        compared(recorded())[STORED].to_csv(MEASURED / FILE, index=False, float_format="%.6g", lineterminator="\n")
+    sys.stdout.write("\n".join(lines(read_csv(MEASURED / FILE))) + "\n")
 
 
 if __name__ == "__main__":
