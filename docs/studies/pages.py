@@ -19,6 +19,7 @@ from docs.studies import (
     claims,
     classes,
     exponents,
+    figure2,
     judgement,
     kappa_of_one_state,
     law,
@@ -29,6 +30,7 @@ from docs.studies import (
     pull_off_judged,
     rivals,
     short_range,
+    stiffness,
     threshold_of_atoms,
 )
 from docs.studies.judgement import MEASURED, Mean
@@ -245,6 +247,8 @@ MADE: dict[str, Callable[[], str]] = {
     "classes": lambda: classes.verdicts(classes.read()).markdown().partition("\n")[2].strip(),
     "bandwidth": lambda: bandwidth.found(bandwidth.stored()),
     "patches": lambda: "\n".join(patches.lines(patches.stored())),
+    "figure2": lambda: "\n".join(figure2.lines()),
+    "stiffness": lambda: "\n".join(stiffness.lines()),
     "rivals": lambda: "\n".join(rivals.lines(_stored(rivals.FILE))),
     # An exponent of zero has no sign.
     "exponents": lambda: exponents.tables().replace("-0.00 (", "+0.00 ("),
