@@ -44,7 +44,7 @@ mutants: .venv/installed-dev
 	$(BIN)/python -m pip install --quiet --no-compile --editable ".[mutants]"
 	$(BIN)/python -m tests.mutants $(MUTANTS)
 
-# The solver beside analytic contacts: tables and figure of docs/verification.md.
+# The solver beside analytic contacts: tables and figure of docs/studies/verification.md.
 verification: .venv/installed-dev
 	$(BIN)/python -m docs.studies.verification docs
 
@@ -57,7 +57,7 @@ figures: .venv/installed
 	done
 	$(BIN)/continuum plot page results/figure4-reduced results/figure1-reduced -o results/paper
 
-# Counts, times and memory, beside those of the peers, into docs/benchmarks.md: at most MINUTES, one core; goes on from
+# Counts, times and memory, beside those of the peers, into docs/studies/benchmarks.md: at most MINUTES, one core; goes on from
 # where it was stopped.  SIZES="512 1024": these grids only; 8192 on request.  TABLES="work iteration adhesive hard_wall threshold kinds searches".
 SIZES = 512 1024 2048 4096
 TABLES = work iteration adhesive hard_wall threshold kinds searches

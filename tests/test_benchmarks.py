@@ -55,7 +55,8 @@ def test_the_judge_of_the_hard_wall_accepts_full_contact(tmp_path: Path) -> None
 
 
 def _page(folder: Path) -> Path:
-    page = folder / "benchmarks.md"
+    page = folder / "studies" / "benchmarks.md"
+    page.parent.mkdir()
     page.write_text(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n")
     return page
 

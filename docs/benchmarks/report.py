@@ -487,9 +487,9 @@ def draw(results: Row, stem: Path) -> Path:
 
 
 def write(results: Row, folder: Path) -> str:
-    """Tables between the marker lines of ``benchmarks.md`` in a folder, the figure beside it; returns the tables."""
+    """Tables between the marker lines of ``studies/benchmarks.md`` of a folder, and the figure; returns the tables."""
     text = tables(results)
-    page = folder / "benchmarks.md"
+    page = folder / "studies" / "benchmarks.md"
     before, rest = page.read_text().split(BEGIN)
     after = rest.split(END)[1]
     page.write_text(f"{before}{BEGIN}\n\n{text}\n{END}{after}")

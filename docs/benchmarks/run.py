@@ -335,7 +335,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--atoms", nargs="*", type=int, default=[32, 64], help="surface atoms a side (default 32 64)")
     parser.add_argument("--minutes", type=float, default=20.0, help="of this run, at most (default 20)")
     parser.add_argument("--results", type=Path, default=Path("results/benchmarks.json"), help="kept, and gone on from")
-    parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of benchmarks.md and its figure")
+    parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of studies/ and of the figure")
     options = parser.parse_args(arguments)
     options.results.parent.mkdir(parents=True, exist_ok=True)
     results = Results(options.results, options.minutes)

@@ -1,23 +1,24 @@
 """Eqs. (1), (3) and (4) of the paper against the bandwidth λ_L/λ_s, from the files of a sweep over it.
 
-``python -m docs.studies.bandwidth results/bandwidth`` prints the tables of docs/paper.md, and what became of the four
-expectations that were written there before the run.
+``python -m docs.studies.bandwidth results/bandwidth`` prints the table of docs/studies/bandwidth.md, and what became of
+the expectations that were written there before the run; without a folder, from the points stored in docs/measured.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from pandas import DataFrame, concat
+from pandas import DataFrame, concat, read_csv
 
 from continuum.paper.points import sweep_points
 from continuum.show import plot
 from continuum.sweeps.collect import collect
+from docs.studies.judgement import MEASURED
 
 QUANTITIES = {
     "κ_rep": "kappa_rep",
@@ -30,12 +31,24 @@ QUANTITIES = {
 
 def states(folder: Path, chosen: str = "reference and area_rep < 0.015") -> DataFrame:
     """The states at 1 % area of all contacts of a sweep, or others that are chosen, a row each."""
-    points = sweep_points(collect(folder)).query(chosen)
+    return compared(sweep_points(collect(folder)).query(chosen))
+
+
+def stored(
+    names: Sequence[str] = ("bandwidth", "bandwidth-256"), chosen: str = "reference and area_rep < 0.015"
+) -> DataFrame:
+    """The same of the sweeps whose points lie in docs/measured."""
+    rows = concat([read_csv(MEASURED / f"paper-{name}-points.csv") for name in names], ignore_index=True)
+    return compared(rows.query(chosen))
+
+
+def compared(points: DataFrame) -> DataFrame:
+    """Points with what the paper says of each beside them."""
     return points.assign(
         width=points.lambda_L / points.lambda_s,
         ratio=points.area_rep / points.area_att / points.expected_ratio,
         attraction=points.expected_kappa_att / points.kappa_att,
-        chords=points.chord / points.expected_diameter,
+        chords=points.chord * points.diameter_ratio / points.diameter,
         wall=[f"{law}, l_a = {length:g}" if law != "hard" else "hard"
               for law, length in zip(points.law, points.length, strict=True)],
     )  # fmt: skip
@@ -78,7 +91,7 @@ def verdict(kept: list[float]) -> str:
 
 
 def expectations(found: DataFrame) -> Iterator[tuple[str, str]]:
-    """Each expectation of docs/paper.md, and what became of it; means of fewer than three surfaces do not count."""
+    """Each expectation of the page, and what became of it; means of fewer than three surfaces do not count."""
     found = found[found.surfaces >= 3]
     hard = found[found.wall == "hard"]
     distance = np.minimum(hard.kappa_rep - 2.1, 2.5 - hard.kappa_rep) / hard.kappa_rep_error
@@ -107,6 +120,13 @@ def expectations(found: DataFrame) -> Iterator[tuple[str, str]]:
                 scatter = float(np.hypot(*(errors / pair[column])))
                 apart.append((max(np.log(1.1), 3 * scatter) - abs(np.log(a / b))) / scatter)
     yield "4. at one bandwidth λ_s = 8 and 16 agree within 10 %, or three standard errors", verdict(apart)
+
+
+def found(rows: DataFrame) -> str:
+    """Table, what became of each expectation, and limits, of states of which each contact counts once."""
+    each = means(rows.drop_duplicates(["wall", "lambda_s", "lambda_L", "seed"]))
+    verdicts = "\n".join(f"* {text}: {word}" for text, word in expectations(each))
+    return "\n\n".join([table(each), verdicts, "\n".join(f"* {text}" for text in limits(each))])
 
 
 def limits(found: DataFrame, column: str = "kappa_rep", cut: float = 8.0) -> Iterator[str]:
@@ -154,15 +174,13 @@ def draw(found: DataFrame) -> Figure:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folders", type=Path, nargs="+", help="of the sweep, whole or reduced; a contact counts once")
+    parser.add_argument("folders", type=Path, nargs="*", help="of the sweep, whole or reduced; none: docs/measured")
     parser.add_argument("--figure", type=Path, help="where to draw it, without suffix")
     given = parser.parse_args()
-    rows = concat([states(folder) for folder in given.folders])
-    found = means(rows.drop_duplicates(["wall", "lambda_s", "lambda_L", "seed"]))
+    rows = concat([states(folder) for folder in given.folders]) if given.folders else stored()
     if given.figure:
-        plot.save_figure(draw(found), given.figure, own=True)
-    sys.stdout.write(f"{table(found)}\n\n" + "".join(f"* {text}: {word}\n" for text, word in expectations(found)))
-    sys.stdout.write("\n" + "".join(f"* {text}\n" for text in limits(found)))
+        plot.save_figure(draw(means(rows)), given.figure, own=True)
+    sys.stdout.write(f"{found(rows)}\n")
 
 
 if __name__ == "__main__":

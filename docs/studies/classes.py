@@ -3,7 +3,7 @@
 ``nice python -m docs.studies.classes --run`` makes surfaces of each class, with parameters that each draws, finds
 their thresholds from one state without adhesion and by a search with adhesion, and adds to
 ``docs/measured/classes.csv`` what is missing there.  Without ``--run`` it prints the tables of
-docs/studies/predict-classes.md from that file: the verdicts at works of adhesion around the threshold of the search.
+docs/studies/classes.md from that file: the verdicts at works of adhesion around the threshold of the search.
 With ``--again`` all surfaces there are estimated anew.
 With ``--alarms``: how many clean surfaces are called not Gaussian.
 """

@@ -1,4 +1,4 @@
-"""A sphere of ruby on a diamond film: the effective work of adhesion from its measured topography (docs/law.md).
+"""A sphere of ruby on a diamond film: the effective work of adhesion from its measured topography.
 
 ``python -m docs.studies.diamond_film container.zip`` prints it for surfaces of the joined spectrum of the film's
 measurements, under both shapes of the attraction.  By Derjaguin's approximation the pull-off force of a sphere over
@@ -78,6 +78,8 @@ def lines(container: Path) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    warnings.simplefilter("ignore", UserWarning)  # of the slopes, 0.38, and of the grid: docs/law.md says both
+    warnings.simplefilter(
+        "ignore", UserWarning
+    )  # of the slopes, 0.38, and of the grid: docs/studies/diamond_film.md says both
     for line in lines(Path(sys.argv[1])):
         sys.stdout.write(line + "\n")

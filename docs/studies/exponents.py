@@ -1,4 +1,4 @@
-"""Exponents of λ_s at the threshold, from the record that comes with the package: the tables of docs/dispute.md.
+"""Exponents of λ_s at the threshold, from the record: the tables of docs/studies/exponents.md.
 
 ``python -m docs.studies.exponents``: the sheets of ``continuum plot dispute`` of thresholds with A_rep >= 10 λ_s²,
 with 95 % intervals over surfaces and the number of thresholds in the range of Eq. (6); and, where two ranges are
@@ -61,11 +61,15 @@ def matched(found: DataFrame) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
+def tables() -> str:
+    """The sheets, and the works of both ranges."""
     found = thresholds()
     many = found[found.squares >= ENOUGH]
-    sheets = dispute_sheets(many)
-    sys.stdout.write("\n\n".join([*(sheet.markdown() for sheet in sheets), matched(many)]) + "\n")
+    return "\n\n".join([*(sheet.markdown() for sheet in dispute_sheets(many)), matched(many)])
+
+
+def main() -> None:
+    sys.stdout.write(tables() + "\n")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """The limit of JKR from states without adhesion: `python -m docs.studies.jkr_limit`, four minutes.
 
 Thresholds by search over w_JKR at equal repulsive area: of a cylinder and a sphere whose range alone is changed, and of
-rough surfaces with 8 to 32 points to their shortest wave.  Prints the table that docs/law.md sums up.
+rough surfaces with 8 to 32 points to their shortest wave.  Prints the table that docs/studies/jkr_limit.md sums up.
 """
 
 from __future__ import annotations

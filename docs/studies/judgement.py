@@ -1,9 +1,9 @@
-"""The law of stickiness judged: thresholds of surfaces that made nothing of it, against what docs/law.md said before.
+"""The law of stickiness judged: thresholds of surfaces that made nothing of it, against what was said before.
 
 ``python -m docs.studies.judgement results/law-reduced results/law --into docs/measured`` prints what became of each
 statement, and writes ``law.csv`` (all thresholds) and ``law.png``.  Without folders it reads that file.
 
-One table of bounds, as they stood in docs/law.md before the first run.  Means are over surfaces (seeds), with 95 %
+One table of bounds, as they stand in docs/studies/judgement.md.  Means are over surfaces (seeds), with 95 %
 intervals from Student's t; the logarithm of w is what scatters.
 """
 
@@ -19,7 +19,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
+from numpy.typing import NDArray
 from pandas import DataFrame, concat, read_csv
+from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 from scipy.stats import t
 
@@ -172,7 +174,7 @@ Statement = tuple[str, str, str]
 
 
 def judged(rows: DataFrame) -> list[Statement]:
-    """Each statement of docs/law.md: what it says, what was found, and what became of it."""
+    """Each statement of docs/studies/judgement.md: what it says, what was found, and what became of it."""
     found: list[Statement] = []
     all_of_them = scatter(rows.left.to_numpy(), rows.seed.to_numpy())
     shapes = {s: scatter(p.left.to_numpy(), p.seed.to_numpy()) for s, p in rows.groupby("shape")}
@@ -234,8 +236,33 @@ def by_moment(rows: DataFrame) -> dict[float, float]:
     }
 
 
+def moment(rows: DataFrame) -> Mean:
+    """p of the moment that leaves the least scatter, with 95 % of those of surfaces drawn anew from these.
+
+    As in :func:`by_moment`, for thresholds at few ranges, so that F is a level at each of them and all is linear; the
+    same thresholds of each surface.  ln of a moment between two that are stored is that of a cubic spline.
+    """
+    powers = np.array(EVERY)
+    scale = np.log(rows.lambda_L.astype(float)).to_numpy()[:, None] * (1 - powers)
+    logs = scale - np.log(rows[[f"moment_{p:g}" for p in EVERY]].to_numpy()) + np.log(rows.work.to_numpy())[:, None]
+    fine = np.linspace(0.5, 1.5, 501)
+    # Less the surface's own level.
+    left = DataFrame(CubicSpline(powers, logs, axis=1)(fine), index=rows.index)
+    left -= left.groupby(rows.seed).transform("mean")
+    squares = (left**2).groupby(rows.seed).sum().to_numpy()
+    levels = left.groupby([rows.seed, rows["shape"], rows.delta]).mean().to_numpy().reshape(len(squares), -1, fine.size)
+    count, groups = len(squares), len(rows) / len(squares) / levels.shape[1]
+
+    def least(chosen: NDArray[np.int64]) -> float:
+        common = count * groups * (levels[chosen].mean(axis=0) ** 2).sum(axis=0)
+        return float(fine[np.argmin(squares[chosen].sum(axis=0) - common)])
+
+    again = [least(drawn) for drawn in np.random.default_rng(1).integers(count, size=(4000, count))]
+    return Mean(least(np.arange(count)), *np.quantile(again, [0.025, 0.975]).tolist(), count)
+
+
 def tables(rows: DataFrame) -> str:
-    """The tables of docs/law.md: one for each area and size."""
+    """The tables of docs/studies/judgement.md: one for each area and size."""
     text = []
     for (area, n), part in rows.groupby(["area", "n"]):
         text += [f"{area:.0%} of the area, {n}²: {len(part)} thresholds, {part.seed.nunique()} surfaces", ""]

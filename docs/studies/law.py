@@ -1,6 +1,6 @@
 """The law of stickiness as the record has it: w_c = U F(range/h_rms), one F for each shape of the attraction.
 
-    python -m docs.studies.law        prints the tables of docs/law.md
+    python -m docs.studies.law        prints the tables of docs/studies/law.md
 
 U is the elastic energy of full contact per area, F(Δ) = ½/(1 + (Δ/D)^m).  Fitted by least squares of ln w to the
 thresholds of ``docs/studies/record/record.csv`` with λ_L/λ_s of 16 or more, with a factor for each surface whose mean
@@ -105,8 +105,21 @@ def fit(found: Thresholds) -> Law:
     )  # fmt: skip
 
 
+def values() -> str:
+    """D, m and F at some ranges, of each shape."""
+    laws = {shape: fit(thresholds(shape)) for shape in ("spline", "exponential")}
+    return "\n".join([
+        f"| shape | D | m | {' | '.join(f'F({r:g})' for r in RANGES)} |", f"|---|---|---|{'---|' * len(RANGES)}",
+        *(
+            f"| {shape} | {law.crossover:.3f} | {law.exponent:.3f} | "
+            f"{' | '.join(f'{f:.3f}' for f in law(np.array(RANGES)))} |"
+            for shape, law in laws.items()
+        ),
+    ])  # fmt: skip
+
+
 def tables() -> str:
-    """The tables of docs/law.md."""
+    """The tables of docs/studies/law.md."""
     laws = {shape: (thresholds(shape), fit(thresholds(shape))) for shape in ("spline", "exponential")}
     head = [
         "| shape | thresholds | D | m | scatter | exponent of U | bias at each H | factors of the surfaces |",

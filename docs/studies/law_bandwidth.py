@@ -1,4 +1,4 @@
-"""The law of stickiness at bandwidths of 64 to 512, beside the two theories that share its collapse (docs/law.md).
+"""The law of stickiness at bandwidths of 64 to 512, beside the two theories that share its collapse.
 
 ``python -m docs.studies.law_bandwidth --expected`` prints what each says of these surfaces before any run;
 ``python -m docs.studies.law_bandwidth results/law-bandwidth ... --into docs/measured`` writes ``law-bandwidth.csv``,
@@ -55,9 +55,12 @@ def surfaces() -> DataFrame:
 
 
 def with_theories(found: DataFrame) -> DataFrame:
-    """ln of w over that of each theory, by its name, and the bandwidth."""
+    """ln of w over that of each theory, by its name, and the bandwidth; works of theories that are stored are read."""
     rows = with_ratios(found)
-    return compared(rows.assign(period=rows.n))
+    if "weak" not in found:
+        return compared(rows.assign(period=rows.n))
+    ratios = {name: np.log(rows.work / rows[name]) for name in THEORIES if name != "law"}
+    return rows.assign(law=rows.left, **ratios)
 
 
 def changes(rows: DataFrame, name: str, factor: int = FACTOR) -> Iterator[tuple[str, float, int, Mean]]:
@@ -133,9 +136,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     read = map(thresholds_of, options.folders) if options.folders else [read_csv(MEASURED / FILE)]
     found = concat(list(read), ignore_index=True)
+    rows = with_theories(found)
     if options.into is not None:
-        found.to_csv(options.into / FILE, index=False, float_format="%.6g")
-    sys.stdout.write("\n".join(judged(with_theories(found))) + "\n")
+        works = {name: rows.work * np.exp(-rows[name]) for name in THEORIES if name != "law"}
+        found.assign(**works).to_csv(options.into / FILE, index=False, float_format="%.6g")
+    sys.stdout.write("\n".join(judged(rows)) + "\n")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 One contact each, of which the range alone is changed; thresholds by one state without adhesion, and by search at the
 same area.  Centres lie between points, so that the area has no jumps; the core has the same stiffness in units of the
-contact.  Prints the table of docs/law.md.
+contact.  Prints the table of docs/studies/one_contact.md.
 """
 
 from __future__ import annotations

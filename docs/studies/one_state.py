@@ -3,7 +3,7 @@
 ``nice python -m docs.studies.one_state`` adds to ``docs/measured/one-state.csv`` what is missing there, a row for
 each threshold, in the order of :func:`cases`, small complete sets first; half an hour on one core.  Rows without a work
 have a reason in ``how``.  With ``--again`` all estimates are made anew, not the thresholds.
-``python -m docs.studies.one_state_judged`` judges them by the bounds of docs/law.md.
+``python -m docs.studies.one_state_judged`` judges them by the bounds of docs/studies/one_state.md.
 
 Self-affine surfaces have an rms height of 1/8 of a pixel; textures carry a fine roughness of that height on their
 tops, with parameters drawn by their class and seed.
@@ -379,7 +379,7 @@ def cases() -> Iterator[Case]:
     yield from one_each("self-affine", range(21, 27), 256, (4.0, 64.0), 0.005, 1.0)
     yield from one_each("self-affine", range(21, 27), 256, (4.0, 64.0), 0.08, 0.5)
     yield from one_each("self-affine", range(21, 23), 256, (4.0, 128.0), 0.04, 0.16)
-    # Stated in docs/law.md as "More of the second law".
+    # Stated in docs/studies/one_state.md as "More of the second law".
     for kind in SUBSTRATES:
         yield from one_each(kind, range(24, 33), 256, (6.0, 64.0), 0.02, 0.5)
     for n, area in ((64, 0.04), (128, 0.01), (96, 0.04), (128, 0.04), (192, 0.02)):  # 164 to 738 points that touch

@@ -1,4 +1,4 @@
-"""The second law judged by the bounds of docs/law.md: ``python -m docs.studies.one_state_judged``.
+"""The second law judged by the bounds of docs/studies/one_state.md: ``python -m docs.studies.one_state_judged``.
 
 Prints its tables from ``docs/measured/one-state.csv``, which :mod:`docs.studies.one_state` makes; with ``--into`` a
 folder it draws ``one-state.png`` there.  Means are over surfaces (seeds), with 95 % intervals from Student's t.

@@ -1,7 +1,8 @@
 """What few contacts do to Eqs. (1) and (4) of the paper, told from what the bandwidth does.
 
-``python -m docs.studies.patches results/patches`` prints the table of docs/paper.md from the files of a sweep over the
-period at one bandwidth, and the limit of many contacts: the line through all surfaces in the inverse of their number.
+``python -m docs.studies.patches results/patches`` prints the table of docs/studies/patches.md from the files of a sweep
+over the period at one bandwidth, and the limit of many contacts: the line through all surfaces in the inverse of their
+number.  Without a folder it reads the points stored in docs/measured.
 """
 
 from __future__ import annotations
@@ -11,14 +12,16 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from pandas import DataFrame, Series
+from pandas import DataFrame, Series, read_csv
 from scipy.stats import t
 
 from docs.studies.bandwidth import QUANTITIES as EVERY
 from docs.studies.bandwidth import states
+from docs.studies.bandwidth import stored as stored_points
+from docs.studies.judgement import MEASURED
 
 QUANTITIES = {name: column for name, column in EVERY.items() if column in ("kappa_rep", "ratio", "diameter_ratio")}
-GROUPS = ["law", "width", "target"]
+GROUPS = ["wall", "width", "target"]
 
 
 def limit(patches: Series, values: Series) -> tuple[float, float]:
@@ -34,13 +37,19 @@ def limit(patches: Series, values: Series) -> tuple[float, float]:
     return float(found[0]), float(t.ppf(0.975, free) * np.sqrt(variance))
 
 
+def stored() -> DataFrame:
+    """The states in docs/measured, with the number of contacts and the area that was asked for."""
+    rows, every = stored_points(("patches",), "valid"), read_csv(MEASURED / "patches.csv")
+    return rows.assign(patches=every.patches, target=every.target)
+
+
 def lines(rows: DataFrame) -> Iterator[str]:
     """Means over surfaces with 95 % intervals at each period, and the limit of many contacts below them."""
     yield f"| wall | λ_L/λ_s | area | period | surfaces | contacts | {' | '.join(QUANTITIES)} |"
     yield "|---" * (6 + len(QUANTITIES)) + "|"
     rows = rows.assign(period=(np.sqrt(rows.area) / rows.lambda_L).round())
-    for (law, width, target), group in rows.groupby(GROUPS):
-        head = f"| {law} | {width:g} | {100 * target:g} % |"
+    for (wall, width, target), group in rows.groupby(GROUPS):
+        head = f"| {wall} | {width:g} | {100 * target:g} % |"
         for period, each in group.groupby("period"):
             count = len(each)
             cells = [
@@ -57,4 +66,5 @@ def lines(rows: DataFrame) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    sys.stdout.write("\n".join(lines(states(Path(sys.argv[1]), "valid"))) + "\n")
+    rows = states(Path(sys.argv[1]), "valid") if len(sys.argv) > 1 else stored()
+    sys.stdout.write("\n".join(lines(rows)) + "\n")

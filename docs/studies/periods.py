@@ -1,4 +1,4 @@
-"""The law of stickiness on surfaces of few long waves: thresholds at periods of 8, 4, 2 and 1 λ_L, against docs/law.md.
+"""The law of stickiness on surfaces of few long waves: thresholds at periods of 16 to 1 λ_L (docs/studies/periods.md).
 
 ``python -m docs.studies.periods results/law-period --into docs/measured`` writes ``law-period.csv`` (all thresholds)
 and prints the table; without a folder it reads that file.  The thresholds at 8 λ_L are those of ``law.csv``.
@@ -39,7 +39,7 @@ def alike(rows: DataFrame) -> DataFrame:
 
 
 def word(rows: DataFrame, factor: float, level: Mean) -> str:
-    """Held, refuted or neither, by the bounds of docs/law.md: of the scatter, and of the level."""
+    """Held, refuted or neither, by the bounds of the page: of the scatter, and of the level."""
     if rows.seed.nunique() < SURFACES:
         return "not tested"
     if factor > TOO_MUCH or level.excludes(LEVEL):

@@ -2,7 +2,7 @@
 
 ``python -m docs.studies.pull_off --run 12 13 14`` computes cycles of these surfaces and appends each to
 ``docs/measured/law-pull-off.csv``; cycles that are there are not made again.  Without ``--run`` the tables of
-docs/law.md ("Pull-off") are made from that file, with ``--figure`` the figure too.  What is judged, and by which
+docs/studies/pull_off.md are made from that file, with ``--figure`` the figure too.  What is judged, and by which
 bounds, stood there before the first run.
 
 A cycle begins where the surface is flat against the wall, under the pressure of full contact and a tenth more, and goes

@@ -2,26 +2,36 @@
 
 Persson and Scaraggi's weak adhesion and the bearing area for any spectrum (:mod:`docs.studies.persson`), and the
 law of docs/law.md, against w at the threshold of docs/measured/law.csv (period 8 λ_L) and
-docs/studies/record/record.csv (period 2 λ_L).
+docs/studies/record/record.csv (period 2 λ_L).  ``--run`` evaluates both, a good minute, and writes
+``docs/measured/rivals.csv``, from which the table is made.  ``--parts`` takes the first apart on one surface.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from pandas import DataFrame, concat, read_csv
 
+import continuum as c
+from continuum.model.grid import Grid
+from continuum.model.surfaces import SelfAffineSurface
 from continuum.model.walls.attraction import Shape, attraction_on_core
-from continuum.sheet import Sheet
+from continuum.path.threshold import press_without_adhesion
 from docs.studies.judgement import MEASURED
 from docs.studies.law import fit, thresholds
 from docs.studies.persson import PerssonContact
 
 FAR = 60.0
 """Ranges to which an attraction without end is integrated."""
+FILE = "rivals.csv"
+STORED = ["source", "shape", "hurst", "lambda_s", "lambda_L", "seed", "area", "delta", "law", "weak", "bearing"]
+"""What is kept of a threshold; the last three are logarithms of w over what each theory says."""
+CORE = 5.0
+"""Stiffness of the wall's core in the sweeps, in E*/a0."""
 HARD = 1e-4
 """Work of the wall over core stiffness and range²: a wall of any range has the same shape, in units of it."""
 
@@ -78,22 +88,51 @@ def power(part: DataFrame, name: str) -> float:
     return float((x * y).sum() / (x * x).sum())
 
 
-def main() -> None:
-    """Print the tables of docs/law.md."""
-    rows = compared(recorded())
+def parts() -> Iterator[str]:
+    """On one surface, pressed without adhesion: pressure and mean tension over those of the theory, and w likewise."""
+    yield "| area | Δr/h_rms | pressure | attraction | w at the threshold |\n|---|---|---|---|---|"
+    rows = read_csv(MEASURED / "law.csv").query("n == 512 and seed == 11 and hurst == 0.8 and shape == 'spline'")
+    for row in rows.itertuples():
+        grid = Grid.square(row.n)
+        heights = SelfAffineSurface(
+            kind="self-affine", hurst=row.hurst, lambda_s=row.lambda_s, lambda_L=row.lambda_L, seed=row.seed,
+            rms_height=row.height,
+        ).build(grid)  # fmt: skip
+        wall = attraction_on_core("spline", row.work, row.range, CORE)
+        contact = c.Contact(heights, wall=wall, substrate=c.HalfSpace("clamped"), tolerance=1e-5)
+        state = press_without_adhesion(contact.problem, row.area, contact.settings, CORE)
+        theory = surface(row.hurst, row.slope, row.lambda_s, row.lambda_L, row.n, 0.45)
+        pressure, work = theory.pressure(row.area), weak_adhesion(theory, "spline", row.range, row.area)
+        found = (state.load / pressure, grid.mean(state.attraction(wall)[0]) / (pressure / work), row.work / work)
+        yield f"| {row.area:.0%} | {row.range / row.height:g} | {' | '.join(f'{ratio:.2f}' for ratio in found)} |"
+
+
+def lines(rows: DataFrame) -> Iterator[str]:
+    """Means of w over that of each theory, by source, shape, area and range."""
     columns = ("law", "weak", "bearing")
-    cells = []
+    yield (
+        "| thresholds of | shape | area | Δr/h_rms | thresholds | w/(U F) | over Persson and Scaraggi "
+        "| over the bearing area | powers of λ_L/λ_s in these |\n|---|---|---|---|---|---|---|---|---|"
+    )
     for (source, shape, area, delta), part in rows.groupby(["source", "shape", "area", "delta"]):
         of_hurst = part.groupby("hurst")[list(columns)].mean()
-        row = [source, shape, f"{area:.0%}", f"{delta:g}", len(part)]
+        cells = [f"the {source}", shape, f"{area:.0%}", f"{delta:g}", str(len(part))]
         for name in columns:
             low, high = np.exp([of_hurst[name].min(), of_hurst[name].max()])
-            row.append(f"{np.exp(part[name].mean()):.2f} ({low:.2f} - {high:.2f})")
-        powers = ", ".join(f"{power(part, name):+.2f}" for name in columns) if part.lambda_s.nunique() > 1 else "-"
-        cells.append((*row, powers))
-    heads = ("thresholds of", "law of attraction", "area", "Δr/h_rms", "thresholds", "w/(U F)", "w/w, Persson-Scaraggi",
-             "w/w, bearing area", "powers of λ_L/λ_s in these")  # fmt: skip
-    sys.stdout.write(Sheet.of("means (least and largest of an H)", heads, cells).markdown() + "\n")
+            cells.append(f"{np.exp(part[name].mean()):.2f} ({low:.2f} to {high:.2f})")
+        several = part.lambda_s.nunique() > 1
+        cells.append(", ".join(f"{power(part, name):+.2f}" for name in columns) if several else "-")
+        yield f"| {' | '.join(cells)} |"
+
+
+def main() -> None:
+    """Print the table of docs/studies/rivals.md."""
+    if "--parts" in sys.argv:
+        sys.stdout.write("\n".join(parts()) + "\n")
+        return
+    if "--run" in sys.argv:
+        compared(recorded())[STORED].to_csv(MEASURED / FILE, index=False, float_format="%.6g", lineterminator="\n")
+    sys.stdout.write("\n".join(lines(read_csv(MEASURED / FILE))) + "\n")
 
 
 if __name__ == "__main__":

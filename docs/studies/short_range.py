@@ -1,5 +1,5 @@
 """The law of stickiness at a range of 0.16 h_rms: thresholds at two ranges of the same surfaces, 2048², against
-docs/law.md.
+docs/studies/short_range.md.
 
 ``python -m docs.studies.short_range results/law-short ... --into docs/measured`` writes ``law-short.csv``, the
 thresholds of all these folders, and prints the table; without a folder it reads that file.

@@ -1,14 +1,14 @@
 """The threshold on atoms: from which work of adhesion on does a surface stick, on every rung of the ladder?
 
 ``python -m docs.studies.threshold_of_atoms --into docs/measured`` writes ``threshold-atoms.csv``, a row for each
-surface, crystal and rung; without it the table of docs/law.md is made of that file.
+surface, crystal and rung; without it the table of docs/studies/threshold_of_atoms.md is made of that file.
 
 On the continuum rungs the threshold is found as everywhere (:mod:`continuum.path.threshold_search`).  On atoms
 separation and work are looked for by a chord method, with the slopes of rough surfaces in general, from the threshold
 of the lattice on.  Each state of atoms starts from that of the lattice at the same separation and work, on approach.
 
 ``--one-state`` prints the thresholds of that file over the estimate from one state without adhesion on each rung of the
-continuum (docs/law.md, second law), and those of the atoms over that of the lattice; half a minute.
+continuum (docs/studies/one_state.md), and those of the atoms over that of the lattice; half a minute.
 
 Expected, before the first run: half-space, layer, crystal and lattice within 10 % of one another, as all but a few
 waves are long against a0; atoms within 10 % of their lattice at h' = 0.05, as geometry and anharmonicity are of the

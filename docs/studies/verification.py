@@ -134,7 +134,7 @@ def _orders(axis) -> None:
 
 def main(folder: Path) -> int:
     """Make page and figure."""
-    good = write(COMPARISONS, folder / "verification.md")
+    good = write(COMPARISONS, folder / "studies" / "verification.md")
     stem = folder / "verification"
     save_figure(draw(), stem, own=True)
     stem.with_suffix(".pdf").unlink()

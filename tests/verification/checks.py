@@ -1,6 +1,6 @@
 """The comparisons with analytic contacts: what is compared, how closely, and why not closer.
 
-Each function makes the lines of one contact.  The tests assert them, and docs/verification.md prints them.
+Each function makes the lines of one contact.  The tests assert them, and docs/studies/verification.md prints them.
 """
 
 from __future__ import annotations

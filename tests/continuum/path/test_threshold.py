@@ -88,7 +88,7 @@ def test_the_first_order_of_a_sphere_is_that_of_its_loads_at_equal_area() -> Non
 
     change = (load(work) - load(1e-3 * work)) / (0.999 * work)
     first, second, _ = state._response(*state.attraction(wall_of(work)))
-    # The bound of the statement in docs/law.md, where the attraction alone is 15 % off.
+    # The bound of the statement in docs/studies/one_state.md, where the attraction alone is 15 % off.
     assert first == pytest.approx(change - second * work, rel=0.05)
     assert -state.grid.mean(state.attraction(wall_of(work))[0]) == pytest.approx(0.85 * change, rel=0.05)
 
@@ -209,7 +209,7 @@ def test_the_threshold_by_search_lies_there(law: str, substrate: str) -> None:
     found = pressed(heights, GRID, 0.05, core, SUBSTRATES[substrate]).threshold(wall_of)
     contact = c.Contact(heights, wall_of(found.dmt), SUBSTRATES[substrate], GRID.lengths, tolerance=1e-4)
     searched = contact.find_threshold(wall_of, area=0.05).require()
-    # The bound of docs/law.md for a mean, as one small surface of some ten patches is far less than a class.
+    # The bound of docs/studies/one_state.md for a mean: one small surface of some ten patches is far less than a class.
     assert found.low / 1.08 <= searched.work <= found.high * 1.08
 
 

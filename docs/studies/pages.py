@@ -1,0 +1,340 @@
+"""What the pages show of stored data: ``python -m docs.studies.pages`` makes it anew, in all pages of ``docs/``.
+
+A page has it between ``<!--made:NAME-->`` and ``<!--end-->``: a table on lines of its own, or a number within a
+sentence.  :data:`MADE` says from which study each comes; a test makes all of them again and compares.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from pandas import DataFrame, concat, read_csv
+
+from docs.studies import (
+    bandwidth,
+    claims,
+    classes,
+    exponents,
+    figure2,
+    judgement,
+    kappa_of_one_state,
+    law,
+    law_bandwidth,
+    one_state_judged,
+    patches,
+    periods,
+    pull_off_judged,
+    rivals,
+    short_range,
+    stiffness,
+    threshold_of_atoms,
+)
+from docs.studies.judgement import MEASURED, Mean
+
+DOCS = Path(__file__).parents[1]
+_MARKED = re.compile(r"<!--made:([\w.-]+)-->(.*?)<!--end-->", re.DOTALL)
+
+
+@cache
+def _stored(name: str) -> DataFrame:
+    return read_csv(MEASURED / name)
+
+
+@cache
+def _judged() -> DataFrame:
+    return judgement.with_ratios(_stored("law.csv"))
+
+
+def _largest() -> DataFrame:
+    """Of the thresholds that judged the law those on the largest grid, at 1 % of the area."""
+    rows = _judged()
+    return rows[rows.n == rows.n.max()]
+
+
+@cache
+def _by_moment() -> dict[float, float]:
+    return judgement.by_moment(_largest())
+
+
+def _periods() -> DataFrame:
+    return concat([periods.alike(_stored("law.csv")), _stored(periods.FILE)], ignore_index=True)
+
+
+@cache
+def _bandwidths() -> DataFrame:
+    return law_bandwidth.with_theories(_stored(law_bandwidth.FILE))
+
+
+def _period(count: int) -> Mean:
+    """w/(U F) on periods of so many λ_L."""
+    rows = judgement.with_ratios(_periods())
+    return Mean.of(rows[(rows.n / rows.lambda_L).round() == count].groupby("seed").left.mean().to_numpy())
+
+
+def _change(shape: str, area: float, narrow: int) -> Mean:
+    """w/(U F) at four times a bandwidth over that at it."""
+    found = law_bandwidth.changes(_bandwidths(), "law")
+    (change,) = (mean for *key, mean in found if key == [shape, area, narrow])
+    return change
+
+
+def _of_area(area: float) -> str:
+    """Least and largest factor of w at an area over that at 1 %."""
+    values = [mean.value for key, mean in judgement.larger(_judged()).items() if key[0] == area]
+    return f"{min(values):.1f} to {max(values):.1f}"
+
+
+def _levels(n: int) -> str:
+    """Least and largest mean of w/(U F), of each shape and range."""
+    rows = _judged()
+    groups = rows[(rows.n == n) & (rows.area == rows.area.min())].groupby(["shape", "delta"])
+    values = [Mean.of(part.groupby("seed").left.mean().to_numpy()).value for _, part in groups]
+    return f"{min(values):.2f} to {max(values):.2f}"
+
+
+def _scatter() -> str:
+    rows = _largest()
+    return f"{100 * (judgement.scatter(rows.left.to_numpy(), rows.seed.to_numpy()) - 1):.0f} %"
+
+
+def _percent(power: float) -> str:
+    return f"{100 * (_by_moment()[power] - 1):.0f} %"
+
+
+def _atoms(rung: str) -> str:
+    """Least and largest mean of the works on a rung over those of the half-space, of a crystal."""
+    rows, found = _stored("threshold-atoms.csv"), []
+    for _, part in rows.groupby("crystal"):
+        wide = np.log(part.pivot(index="seed", columns="rung", values="over_energy"))
+        found.append(float(np.exp((wide[rung] - wide["half-space"]).mean())))
+    return f"{min(found):.2f} to {max(found):.2f}"
+
+
+def _one_state(name: str) -> str:
+    """Of the thresholds in the range of the statement."""
+    rows = one_state_judged.read()
+    inside = rows[(rows.how == "threshold") & rows.within]
+    return {
+        "count": str(len(inside)), "inside": str(inside.inside.sum()),
+        "scatter": f"{100 * (one_state_judged.scatter(inside.ratio) - 1):.1f} %",
+    }[name]  # fmt: skip
+
+
+def _bandwidth(wall: str, column: str, width: int) -> str:
+    """A mean over surfaces at λ_s = 8."""
+    rows = bandwidth.means(bandwidth.stored())
+    (row,) = rows[(rows.wall == wall) & (rows.width == width) & (rows.lambda_s == 8)].itertuples()
+    return f"{getattr(row, column):.2f}"
+
+
+def _claim(sweep: str, claim: str, number: str) -> str:
+    """What was found for a claim of the paper in a sweep, from the page of all verdicts: its first such number."""
+    text = (MEASURED / "paper.md").read_text(encoding="utf-8").partition(f"### Verdicts of `{sweep}`")[2]
+    (row,) = re.findall(rf"^\| {re.escape(claim)} \|(.*)\|$", text.partition("\n### ")[0], re.MULTILINE)
+    found = re.search(number, row.split(" | ")[2])
+    assert found is not None, row
+    return found[1]
+
+
+def _by_width(claim: str) -> str:
+    """Of the systems of Figure 4 on 1024² what was found at the least and at the largest bandwidth."""
+    least, most = (_claim("figure4-1024", claim, rf"λ_L/λ_s = {width}: ([\d.]+)") for width in (16, 128))
+    return f"{least} to {most}"
+
+
+def _missed() -> str:
+    """Of the same those that stick and are not predicted to, with κ_rep = 2."""
+    claim = "sticky if and only if 1/kappa_att of theory > 1/kappa_rep"
+    numbers = r"(\d+) sticky and predicted", r"(\d+) sticky but not predicted"
+    found, missed = (int(_claim("figure4-1024", claim, number)) for number in numbers)
+    return f"{missed} of {found + missed}"
+
+
+def _power(sweep: str) -> str:
+    """Exponent of w in 1/κ_att under weak adhesion."""
+    return next(claims.powers(claims.points(sweep)))[1].partition(" of ")[0]
+
+
+def _tensions(which: int) -> str:
+    found = claims.tensions(claims.points("figure4-1024"))
+    assert found is not None
+    return found[which].removeprefix("a factor of ")
+
+
+def _sections(page: str, heading: str) -> dict[str, list[list[str]]]:
+    """Rows of the tables of a page of studies, under each heading."""
+    parts = re.split(heading, (DOCS / "studies" / page).read_text(encoding="utf-8"), flags=re.MULTILINE)
+    rows = (re.findall(r"^\|(.*)\|$", part, re.MULTILINE) for part in parts[2::2])
+    return {
+        name: [[cell.strip() for cell in row.split(" | ")] for row in found]
+        for name, found in zip(parts[1::2], rows, strict=True)
+    }
+
+
+def _budget() -> str:
+    """Parts of the load without adhesion at the largest slope, of each crystal, from the budgets in full."""
+    found = _sections("budgets.md", r"^## `inputs/validate/([\w-]+)\.toml`$")
+    columns = ("depth", "anisotropy", "discreteness", "nonlinearity", "total")
+    lines = [f"| crystal | {' | '.join(columns)} |", "|---|---|---|---|---|---|"]
+    for name in ("springs", "lennard-jones", "copper", "aluminium", "nickel"):
+        head, _, *rows = found[name]
+        (row,) = (row for row in rows if row[:3] == ["nonadhesive", "8", "0.1"])
+        lines.append(f"| {name} | {' | '.join(row[head.index(column)] for column in columns)} |")
+    return "\n".join(lines)
+
+
+_CHECKS = (
+    ("Hertz, hard wall", "largest pressure"),
+    ("Westergaard's wave, hard wall, mean gap 0.3 Δ", "pressure, rms over p*"),
+    ("Crossed waves, hard wall", "open area at p̄/p* = 0.712"),
+    ("Maugis-Dugdale sphere, μ = 1", "load over its pull-off, n = 128, worst of 10, against annuli"),
+    (
+        "Sphere, the paper's law, towards JKR",
+        "μ = 5, n = 512: load over the pull-off force, worst of 12, against annuli",
+    ),
+    ("Sphere, the paper's law, towards JKR", "μ = 5: pull-off force/(π w R), against JKR"),
+    ("Johnson's adhesive wave, α = 0.3, λ = 2048 a0", "pull-off pressure, λ = 2048 a0, n = 1024"),
+)
+"""Contacts and what is compared, of which the manual shows one of each kind."""
+
+
+def _verification() -> str:
+    found = re.findall(
+        r"^\*\*(.*?)\.\*\* .*?\n\n((?:\|.*\n)+)", (DOCS / "studies" / "verification.md").read_text(), re.MULTILINE
+    )
+    lines = ["| contact | what | difference | allowed |", "|---|---|---|---|"]
+    for contact, what in _CHECKS:
+        rows = [row for name, table in found if name == contact for row in table.splitlines()]
+        cells = next(row for row in rows if row.startswith(f"| {what} |")).strip("| ").split(" | ")
+        lines.append(f"| {contact} | {what} | {cells[3]} | {cells[4]} |")
+    return "\n".join(lines)
+
+
+_CLAIMS = {
+    "kappa": ("kappa_rep is close to 2 without adhesion", r" κ_rep = ([\d.]+)"),
+    "linear": ("area is linear in load at low load", r": ([\d.]+ ± [\d.]+)"),
+    "pressure": ("the repulsive pressure is unchanged by adhesion", r": ([\d.]+ ± [\d.]+)"),
+    "attraction": ("N_att = (w/range) A_att", r": ([\d.]+ ± [\d.]+)"),
+    "strip": ("A_att is a strip of width d_att along the perimeter", r": ([\d.]+ ± [\d.]+)"),
+    "perimeter": ("P d = pi A_rep where d > 10 a0", r": ([\d.]+ ± [\d.]+)"),
+    "diameter": ("d_rep = 4h'/h'' within a factor of two", r": ([\d.]+ ± [\d.]+)"),
+    "same-diameter": ("d_rep is unchanged by adhesion", r": ([\d.]+ ± [\d.]+)"),
+    "constant-diameter": ("d_rep changes by less than 25 % with area", r": ([\d.]+ ± [\d.]+)"),
+    "ratio": ("A_rep/A_att follows Eq. (4) where A_att < A_rep", r"mean ([\d.]+)"),
+    "constant-ratio": ("A_rep/A_att does not change with load", r": ([\d.]+ ± [\d.]+)"),
+    "kappa-att": ("1/kappa_att follows Eqs. (3) and (4)", r"mean ([\d.]+)"),
+    "stiffness": ("the stiffness is lowered by kappa_rep/kappa, where not sticky", r": ([\d.]+ ± [\d.]+)"),
+    "gap": ("mean gap against N_rep is unchanged by adhesion, where not sticky", r": ([\d.]+ ± [\d.]+)"),
+    "asperities": ("Greenwood-Williamson theories fall orders of magnitude below N_max", r": ([\d.]+ ± [\d.]+)"),
+}
+"""Claims of the paper, each with the number that the table of the manual quotes."""
+
+MADE: dict[str, Callable[[], str]] = {
+    "law": law.tables,
+    "judgement": lambda: judgement.tables(_judged()),
+    "short_range": lambda: "\n".join(short_range.lines(_stored(short_range.FILE))),
+    "periods": lambda: "\n".join(periods.lines(_periods())),
+    "law_bandwidth": lambda: "\n".join(law_bandwidth.judged(_bandwidths())),
+    "pull_off": lambda: pull_off_judged.tables(_stored(pull_off_judged.FILE)),
+    "threshold_of_atoms": lambda: threshold_of_atoms.table(_stored("threshold-atoms.csv")),
+    "one_state": lambda: "\n".join(one_state_judged.tables(one_state_judged.read())),
+    "kappa_of_one_state": lambda: "\n".join(kappa_of_one_state.taken(_stored("one-state-kappa.csv"))),
+    "kappa_of_one_state.drifts": lambda: "\n".join(kappa_of_one_state.drifts()),
+    "classes": lambda: classes.verdicts(classes.read()).markdown().partition("\n")[2].strip(),
+    "bandwidth": lambda: bandwidth.found(bandwidth.stored()),
+    "patches": lambda: "\n".join(patches.lines(patches.stored())),
+    "figure2": lambda: "\n".join(figure2.lines()),
+    "stiffness": lambda: "\n".join(stiffness.lines()),
+    "rivals": lambda: "\n".join(rivals.lines(_stored(rivals.FILE))),
+    # An exponent of zero has no sign.
+    "exponents": lambda: exponents.tables().replace("-0.00 (", "+0.00 ("),
+    "budget": _budget,
+    "verification": _verification,
+    "claims": lambda: "\n".join(claims.lines()),
+    "law.values": law.values,
+    "law.count": lambda: str(len(_largest())),
+    "law.surfaces": lambda: str(_largest().seed.nunique()),
+    "law.scatter": _scatter,
+    "law.height": lambda: _percent(0),
+    "law.slope": lambda: _percent(2),
+    "law.curvature": lambda: _percent(4),
+    "law.moment": lambda: str(judgement.moment(_largest())),
+    "law.exponent": lambda: str(judgement.exponent(_largest())),
+    "law.level": lambda: _levels(1024),
+    "law.level-512": lambda: _levels(512),
+    "law.area-2": lambda: _of_area(0.02),
+    "law.area-4": lambda: _of_area(0.04),
+    "law.wide": lambda: str(_change("spline", 0.01, 128)),
+    "law.atoms": lambda: _atoms("atoms"),
+    **{f"paper.{name}": lambda asked=asked: _claim("figure2-4096", *asked) for name, asked in _CLAIMS.items()},
+    **{
+        f"paper.{name}-by-width": lambda name=name: _by_width(_CLAIMS[name][0])
+        for name in ("pressure", "attraction", "strip", "same-diameter")
+    },
+    "paper.linear-1024": lambda: _claim("figure4-1024", *_CLAIMS["linear"]),
+    "paper.perimeter-1024": lambda: _claim("figure4-1024", *_CLAIMS["perimeter"]),
+    "paper.asperities-1024": lambda: _claim("figure4-1024", *_CLAIMS["asperities"]),
+    "paper.asperities-2048": lambda: _claim("figure4-2048", *_CLAIMS["asperities"]),
+    "paper.missed": _missed,
+    "claims.power": lambda: _power("figure2-4096"),
+    "claims.power-1024": lambda: _power("figure4-1024"),
+    "claims.necessary": lambda: claims.necessary(claims.points("figure4-1024")),
+    "claims.apart": lambda: _tensions(0),
+    "claims.ranks": lambda: _tensions(1),
+    "claims.within": lambda: ", ".join(claims.within_range()),
+    "paper.profile": lambda: _claim(
+        "stiffness-reduced",
+        "the gap outside a contact is that of Eq. (S-1), x^(3/2), where it reaches the range",
+        r": ([\d.]+ ± [\d.]+)",
+    ),
+    **{f"law.period-{count}": lambda count=count: str(_period(count)) for count in (16, 8, 4, 2, 1)},
+    **{f"one_state.{name}": lambda name=name: _one_state(name) for name in ("count", "inside", "scatter")},
+    **{
+        f"bandwidth.{name}-{width}": lambda wall=wall, column=column, width=width: _bandwidth(wall, column, width)
+        for name, wall, column in (
+            ("hard", "hard", "kappa_rep"),
+            ("ratio", "lennard-jones-spline, l_a = 0.005", "ratio"),
+            ("diameter", "hard", "diameter_ratio"),
+            ("attraction", "lennard-jones-spline, l_a = 0.005", "attraction"),
+        )
+        for width in (16, 256)
+    },
+}
+
+
+def marked(text: str) -> list[tuple[str, str]]:
+    """Names of what a page has made, each with what stands there."""
+    return [(name, held.strip()) for name, held in _MARKED.findall(text)]
+
+
+def made_anew(text: str) -> str:
+    """A page with all that is made in it made again."""
+
+    def again(found: re.Match[str]) -> str:
+        new, old = MADE[found[1]]().strip(), found[2]
+        # A table needs lines of its own.
+        new = f"\n\n{new}\n\n" if "\n" in new or old.startswith("\n") else new
+        return f"<!--made:{found[1]}-->{new}<!--end-->"
+
+    return _MARKED.sub(again, text)
+
+
+def pages() -> list[Path]:
+    """Of the site, without what is made with it."""
+    return [path for path in sorted(DOCS.rglob("*.md")) if "reference" not in path.relative_to(DOCS).parts]
+
+
+def main() -> None:
+    """Rewrite the pages in which something has changed."""
+    for page in pages():
+        text = page.read_text(encoding="utf-8")
+        if (new := made_anew(text)) != text:
+            page.write_text(new, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
