@@ -120,7 +120,9 @@ def _public(package: str, groups: list[dict[str, Any]]) -> str:
             value = getattr(import_module(package), name)
             directive = "autoclass" if isinstance(value, type) else "autofunction" if callable(value) else "autodata"
             members = (
-                "\n:members:\n:inherited-members: BaseException, BaseModel, tuple" if directive == "autoclass" else ""
+                "\n:members:\n:inherited-members: BaseException, BaseModel, tuple, Calculator, Optimizer"
+                if directive == "autoclass"
+                else ""
             )
             text = f".. {directive}:: {package}.{name}{_indented(members)}"
             lines += [f"### {name}", "", f"```{{eval-rst}}\n{text}\n```", ""]

@@ -16,7 +16,7 @@ from ase.optimize.precon import PreconLBFGS
 from atomistic.atoms.response import SlabResponse, SurfaceRoot
 from atomistic.atoms.wall import RoughWall
 from atomistic.relax.relax import Mixer, falling
-from continuum.arguments import ArgumentError
+from continuum.arguments import ArgumentError, instance
 from continuum.model.fourier import Real
 
 _SETTLED = 0.02
@@ -59,6 +59,12 @@ class GreensRelaxation(Optimizer):
         at_rest: Atoms | None = None,
         **others: Any,
     ) -> None:
+        if instance("atoms", atoms, Atoms, "an ase.Atoms with its calculator").calc is None:
+            raise ArgumentError("atoms", atoms, "atoms with a calculator")
+        if response is not None:
+            instance("response", response, SlabResponse)
+        if at_rest is not None and len(instance("at_rest", at_rest, Atoms, "an ase.Atoms")) != len(atoms):
+            raise ArgumentError("at_rest", at_rest, f"the {len(atoms)} atoms of the slab")
         super().__init__(atoms, logfile=logfile, trajectory=trajectory, **others)
         self.response = response
         """Linear response of the slab; None before the first step."""

@@ -21,7 +21,7 @@ import scipy
 from ase import Atoms
 from numpy.typing import NDArray
 
-from continuum.arguments import ArgumentError
+from continuum.arguments import ArgumentError, instance
 from continuum.model.fourier import Complex, Real
 
 _WIDTH = 5
@@ -64,6 +64,10 @@ class SlabResponse:
 
         Raises ArgumentError if this is no slab: it does not repeat along the surface, or is not held or not stable.
         """
+        if len(instance("slab", slab, Atoms, "the atoms at rest, an ase.Atoms")) < 2:
+            raise ArgumentError("slab", slab, "a slab of several atoms")
+        if not callable(getattr(calculator, "get_forces", None)) or isinstance(calculator, type):
+            raise ArgumentError("calculator", calculator, "a calculator of ASE, as EMT()")
         at, spacing = slab.positions, _nearest(slab)
         held = np.zeros(len(slab), dtype=bool)
         for constraint in slab.constraints:

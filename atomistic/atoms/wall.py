@@ -144,7 +144,9 @@ class RoughWall(Calculator):
         if callable(getattr(heights, "evaluate", None)):
             points = np.array(pair("period", getattr(heights, "period", None)), dtype=np.float64)
             return heights, points, np.diag(points) * self.a0
-        heights = map_of("heights", heights)
+        heights = map_of("contact", heights)
+        if min(heights.shape) < 3:
+            raise ArgumentError("contact", heights, "heights of at least three points along either side")
         points = np.array(heights.shape, dtype=np.float64)
         if pixel is None:
             return shape_of(heights), points, self._cell

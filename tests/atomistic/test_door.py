@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ase.calculators.emt import EMT
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -20,6 +21,8 @@ from tests.wrong import ANYTHING, refused_by_name
 GRID = c.Grid.square(8)
 CONTACT = c.Contact(c.sine(GRID, 0.05, (1, 0)), c.LennardJonesSpline(adhesion_length=0.005))
 SLAB = a.Slab((4, 5), mobile=3)
+COPPER = SLAB.to_atoms(symbol="Cu", spacing=2.55)
+COPPER.calc = EMT()
 SPRINGS = a.Springs()
 CONSTANTS = spring_force_constants(SPRINGS)
 LATTICE = a.LatticeResponse(SLAB, CONSTANTS)
@@ -113,6 +116,17 @@ CALLS: Calls = {
     "LatticeResponse.displacements_of_surface_force": (
         LATTICE.displacements_of_surface_force, {"force_z": np.zeros((4, 5))}
     ),
+    "RoughWall": (
+        a.RoughWall,
+        {
+            "contact": np.zeros((4, 5)), "slab": COPPER, "separation": 1.2, "law": CONTACT.wall, "pixel": None,
+            "a0": 2.5, "contact_modulus": 0.8, "follows": "sites", "surface": [0, 1], "offset": (0.5, 0.0),
+        },
+    ),
+    "GreensRelaxation": (
+        partial(a.GreensRelaxation, logfile=None), {"atoms": COPPER, "response": None, "at_rest": COPPER}
+    ),
+    "SlabResponse.measure": (a.SlabResponse.measure, {"slab": COPPER, "calculator": EMT()}),
     "Deck": (a.Deck, DECK),
     "Deck.write": (a.Deck(**DECK).write, {"directory": "somewhere"}),
 }  # fmt: skip
