@@ -21,7 +21,7 @@ from continuum.files.tables import Document, refuse
 from continuum.options import Formats
 from continuum.options import like as like_of
 from continuum.sheet import pairs
-from continuum.show.console import progress, show, warn
+from continuum.show.console import progress, show, verbose, warn
 from continuum.tables import Fault
 
 like = partial(like_of, hint="Finished work is stored; `atomistic doctor` checks the LAMMPS of this machine.")
@@ -47,14 +47,13 @@ def validate(
         found = validation.validate(
             config, decks=decks, lmp_command=lmp_command, progress=lambda text, done, _: tell(done, text), **given
         )
-    for sheet in found.sheets():
-        show(sheet)
     page, *figures = found.write()
-    print(f"result   {found.path}")
-    for figure in figures:
-        print(f"figure   {figure}")
-    print(f"report   {page}")
-    print(found.sentence)
+    for line in found.statements():
+        print(line)
+    for sheet in found.sheets() if verbose() else ():
+        show(sheet)
+    print(f"Tables and {len(figures)} figures: {page}")
+    print(f"Numbers: {found.path}")
     return OK if found.holds else NOT_CONVERGED
 
 
