@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import re
 import shutil
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING
@@ -111,9 +115,9 @@ def atoms_under_the_wall(folder: Path, positions: np.ndarray, size: float, scrip
     lmp = open_library()
     x, y = (size * n for n in SHAPE)
     low, high = positions[:, 2].min() - size, positions[:, 2].max() + 3 * size
-    lmp.commands_string(f"shell cd {folder}\n{ATOMS.format(x=x, y=y, low=low, high=high)}")
+    lmp.commands_string(ATOMS.format(x=x, y=y, low=low, high=high))
     lmp.create_atoms(len(positions), None, np.ones(len(positions), dtype=int).tolist(), positions.ravel().tolist())
-    lmp.commands_string(f"plugin load ./heightmap.so\n{script}")
+    lmp.commands_string(f"plugin load {folder}/heightmap.so\n{script.replace(' wall.map', f' {folder}/wall.map')}")
     return lmp
 
 
@@ -137,7 +141,7 @@ def test_virial_is_the_derivative_of_the_energy_by_strain_and_gaps_are_there_for
     thermo_style custom step pe c_strains[*] c_atoms[*] c_least
     thermo_modify norm no
     run 0 post no
-    write_dump all custom gaps.dump id f_wall[7] f_wall[8] modify sort id format float %.17g
+    write_dump all custom {tmp_path}/gaps.dump id f_wall[7] f_wall[8] modify sort id format float %.17g
     """
     lmp = atoms_under_the_wall(tmp_path, length * positions, length, script)
 
@@ -212,6 +216,76 @@ def test_forces_of_wall_base_and_thermostat_and_the_momentum_of_the_atoms_balanc
             parts = [told[f"f_wall[{k}]"], told[f"f_hold[{k}]"], told[f"c_bath_{axis}"]]
             assert min(map(abs, parts)) > 1e-6 * size
     lmp.close()
+
+
+UNIT = files("atomistic") / "plugin" / "unittest"
+
+
+def unit_test(text: str) -> dict[str, str]:
+    """Keys and values of a test in the form of LAMMPS."""
+    found = re.findall(r"^(\w+): (?:! \|\S*\n((?:  .*\n)*)|(.*)\n)", text, re.MULTILINE)
+    return {key: block or value for key, block, value in found}
+
+
+def replayed(library: bytes, folder: Path, test: dict[str, str]) -> Iterator[dict[str, np.ndarray]]:
+    """A test in the form of LAMMPS, as its tester runs it: eight steps at once, and again from a restart after four."""
+    (folder / "heightmap.so").write_bytes(library)
+
+    def lines(name: str) -> str:
+        return test[name].replace("${input_dir}", str(UNIT))
+
+    after = f"{lines('post_commands')}timestep {test['timestep']}"
+    first = f"""
+    variable input_dir index {UNIT}
+    plugin load {folder}/heightmap.so
+    {lines("pre_commands")}
+    include {UNIT}/{test["input_file"]}
+    include {UNIT}/{test["input_coeffs"]}
+    {after}
+    run 0 post no
+    thermo 2
+    run 4 post no start 0 stop 8
+    write_restart {folder}/again.restart
+    run 4 post no start 0 stop 8
+    """
+    again = f"""
+    clear
+    read_restart {folder}/again.restart
+    {after}
+    thermo 2
+    run 4 post no start 0 stop 8
+    """
+    with contextlib.closing(open_library()) as lmp:
+        for script in (first, again):
+            lmp.commands_string("\n".join(line.strip() for line in script.splitlines()))
+            at = {
+                f"run_{word}": np.array(lmp.gather_atoms(name, 1, 3)).reshape(-1, 3)
+                for word, name in (("pos", "x"), ("vel", "v"))
+            }
+            found = [lmp.extract_fix("test", 0, 1, k) for k in range(3)]
+            lmp.commands_string(
+                "compute fixed all pressure NULL fix\nthermo_style custom step vol c_fixed[*]\nrun 0 post no"
+            )
+            told = lmp.last_thermo()
+            yield at | {
+                "global_scalar": np.array(lmp.extract_fix("test", 0, 0)),
+                "global_vector": np.array(found),
+                "run_stress": np.array([told["Volume"] * told[f"c_fixed[{k}]"] for k in range(1, 7)]),
+            }
+
+
+@compiler
+def test_the_unit_test_in_the_form_of_lammps_passes_and_restarts(tmp_path, library):
+    test = unit_test((UNIT / "fix-timestep-wall_heightmap.yaml").read_text())
+    names = ("run_pos", "run_vel", "run_stress", "global_scalar", "global_vector")
+    expected = {name: np.array(test[name].split(), dtype=float) for name in names}
+    per_atom = [expected[name].reshape(int(test["natoms"]), 4)[:, 1:] for name in names[:2]]
+    expected |= dict(zip(names, per_atom, strict=False)) | {"global_vector": expected["global_vector"][1:]}
+    for found in replayed(library, tmp_path, test):
+        for name, numbers in expected.items():
+            # Rounding over eight steps, and of another compiler.
+            assert np.allclose(found[name], numbers, rtol=float(test["epsilon"]), atol=float(test["epsilon"])), name
+    assert np.abs(expected["run_stress"][[2, 4, 5]]).min() > 1e-3
 
 
 @compiler
