@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: validate test tests search mutants docs long verification figures bench bench-gpu lint clean
 
 validate: .venv/installed
-	$(BIN)/atomistic validate inputs/validate/quick.toml
+	$(BIN)/atomistic validate inputs/validate/quick.toml --verbose
 
 # On all cores, at most 8.  The old LAMMPS comes beside the rest, and the types are checked beside the tests, as one core
 # idles otherwise.

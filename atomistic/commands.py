@@ -20,7 +20,7 @@ from continuum.files.tables import Document, refuse
 from continuum.options import FIGURES
 from continuum.options import like as like_of
 from continuum.sheet import pairs
-from continuum.show.console import progress, progress_of_known, report
+from continuum.show.console import progress, progress_of_known, report, verbose
 from continuum.tables import Fault
 
 like = partial(like_of, hint="Finished work is stored; `atomistic doctor` checks the LAMMPS of this machine.")
@@ -40,10 +40,10 @@ def validate(file: str, *, lmp_command: str | None = None, **given: Any) -> int:
         found = validation.validate(
             config, lmp_command=lmp_command, progress=lambda text, done, _: tell(done, text), **given
         )
-    report(*found.sheets())
     page, *figures = found.write()
-    lines = [f"result   {found.path}", *(f"figure   {figure}" for figure in figures), f"report   {page}"]
-    return report(lines=[*lines, found.sentence], ok=found.holds)
+    report(lines=found.statements())
+    lines = [f"Tables and {len(figures)} figures: {page}", f"Numbers: {found.path}"]
+    return report(*(found.sheets() if verbose() else ()), lines=lines, ok=found.holds)
 
 
 @like(front.check)

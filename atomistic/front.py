@@ -29,6 +29,7 @@ from continuum.files.toml import Source, find
 from continuum.front.contact import Contact
 from continuum.sheet import Sheet, Shown, pairs
 from continuum.tables import Fault
+from continuum.units import per_area
 
 LATTICES = 48, 256
 """Fewest and most surface atoms a side of a lattice Green's function: fewer have too few long waves to compare with
@@ -121,12 +122,19 @@ def check(file: str | Path) -> Sheet:
     both: list[tuple[str, str]] = []
     tables = Source.read(find(file_name("file", file))).data
     if "case" in tables:
-        cost, kind = cost_of_validation(load(file, ValidateConfig)), "atomistic validate"
+        ladder = load(file, ValidateConfig)
+        cost, kind = cost_of_validation(ladder), "atomistic validate"
+        real = model_of(ladder.interatomic.potential()).real_units
+        both += [(f"work of adhesion, {case.name}", per_area(case.adhesion_length, real)) for case in ladder.case]
     elif "wall" in tables or "surface" in tables:
         config = deck_input(file)
         parts = parts_of(config)
         model = parts.model
-        both = list(in_both(tables, deck_units(config, model), model.real_units))
+        real = deck_units(config, model)
+        both = [
+            *in_both(tables, real, model.real_units),
+            ("work of adhesion", per_area(parts.wall.work_of_adhesion, real)),
+        ]
         if parts.crystal is not None:
             both.append(("wall of atoms", parts.crystal.about))
         cost, kind = cost_of_deck(config), "atomistic deck"

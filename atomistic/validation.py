@@ -52,7 +52,7 @@ class Validation:
         """The error budget: the error of each step of the ladder."""
         from atomistic.show.validation import budget_sheet
 
-        return budget_sheet(self.stored)
+        return budget_sheet(self.config, self.stored)
 
     def sheets(self) -> list[Sheet]:
         """Budget, scaling laws, jumps, verdicts."""
@@ -69,6 +69,15 @@ class Validation:
             return said
         where = "; ".join(f"{v.case}, {v.quantity}, at {v.state or 'no state'}" for v in failed)
         return f"{said}, {len(failed)} FAIL: {where}"
+
+    def statements(self) -> list[str]:
+        """The answer in at most eight lines: verdict, worst states, error of the half-space, what was looked at.
+
+        The command adds where the page and the numbers are.
+        """
+        from atomistic.show.validation import validation_statements
+
+        return validation_statements(self.stored, self.verdicts)
 
     def write(self) -> list[Path]:
         """Draw the figures and write the page, beside the file; returns the page and the PNG files."""

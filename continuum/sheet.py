@@ -6,8 +6,10 @@ import csv
 import html
 import io
 import math
+import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from typing import Self
 
 Entry = str | float | int | None
@@ -16,6 +18,8 @@ _FORMULA = ("=", "+", "-", "@", "\t")
 """First characters with which spreadsheets begin a formula; names of files and samples are the user's."""
 MOST = 20
 """Rows of a list that a terminal shows."""
+WIDEST = 120
+"""Characters in a line of a printed table; a single word that is longer, as the name of a file, is not cut."""
 
 
 @dataclass(frozen=True)
@@ -104,18 +108,58 @@ class Sheet:
             isinstance(row[index], str) for row in self.rows
         )
 
-    def text(self) -> str:
-        """Plain text, with two spaces between columns."""
-        rows = [self.head, *self.cells]
-        widths = [max(len(row[i]) for row in rows) for i in range(len(self.columns))]
+    def laid_out(self, width: int = WIDEST) -> list[list[list[str]]]:
+        """The head and each row as lists of lines of each cell, so that a printed row has a width in characters.
+
+        Two spaces stand between columns.  What is too wide is broken between words: heads first, then the widest texts.
+        Numbers are never broken, nor are words, so that many columns or long words may need more.
+        """
+        head, cells = self.head, self.cells
+        lines = [list(column) for column in zip(*cells, strict=True)] or [[] for _ in head]
+        heads = [max(map(len, name.split()), default=1) for name in head]
+        words_of = [
+            max(map(len, column if self.numeric(i) else " ".join(column).split()), default=1)
+            for i, column in enumerate(lines)
+        ]
+        # As wide as the cells, if a head broken between its words allows it.
+        whole = [max(a, *map(len, column), 1) for a, column in zip(heads, lines, strict=True)]
+        widths = [max(map(len, (name, *column))) for name, column in zip(head, lines, strict=True)]
+        for least in (whole, [max(a, b) for a, b in zip(heads, words_of, strict=True)]):
+            while sum(widths) + 2 * (len(head) - 1) > width and any(a > b for a, b in zip(widths, least, strict=True)):
+                widths[max(range(len(head)), key=lambda i: (widths[i] > least[i], widths[i]))] -= 1
+        return [
+            [
+                textwrap.wrap(cell, max(wide, 1), break_long_words=False, break_on_hyphens=False)
+                if len(cell) > wide
+                else [cell]
+                for cell, wide in zip(row, widths, strict=True)
+            ]
+            for row in (head, *cells)
+        ]
+
+    def text(self, width: int = WIDEST) -> str:
+        """Plain text of this width, with two spaces between columns."""
+        rows = self.laid_out(width)
+        numeric = [self.numeric(i) for i in range(len(self.columns))]
+        widths = [max(len(line) for row in rows for line in row[i]) for i in range(len(self.columns))]
         lines = [
             "  ".join(
-                cell.rjust(width) if self.numeric(i) else cell.ljust(width)
-                for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+                cell.rjust(width) if number else cell.ljust(width)
+                for cell, width, number in zip(line, widths, numeric, strict=True)
             ).rstrip()
             for row in rows
+            for line in zip_longest(*row, fillvalue="")
         ]
-        return "\n".join([self.title, *lines, *([self.note] if self.note else [])])
+        title = textwrap.wrap(self.title, width, break_long_words=False, break_on_hyphens=False) or [self.title]
+        return "\n".join([*title, *lines, *self.notes(width)])
+
+    def notes(self, width: int = WIDEST) -> list[str]:
+        """The explanation in lines of this width."""
+        return [
+            line
+            for one in self.note.splitlines()
+            for line in textwrap.wrap(one, width, break_long_words=False, break_on_hyphens=False) or [""]
+        ]
 
     def markdown(self) -> str:
         """A table of Markdown, without the title."""

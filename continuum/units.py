@@ -160,5 +160,11 @@ def readable(value: float, quantity: Quantity | Motion, digits: int = 4) -> str:
     return f"{value / sizes[unit]:.{digits}g} {re.sub('^u', 'µ', unit).replace('2', '²')}"
 
 
+def per_area(value: float, units: Units | None) -> str:
+    """A work of adhesion in E* a0, which is the adhesion length in a0, as text; also in J/m² where there are units."""
+    real = "" if units is None else f" = {readable(units.to_si(value, 'energy_per_area'), 'energy_per_area')}"
+    return f"{value:.4g} E* a0{real}"
+
+
 def _words(quantity: Quantity | Motion) -> str:
     return quantity.replace("_", " ")

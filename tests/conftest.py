@@ -60,6 +60,24 @@ def small_png() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(autouse=True, scope="session")
+def narrow_tables() -> Iterator[None]:
+    """Every table that a command prints fits into its width, except for the name of a file."""
+    from continuum.sheet import WIDEST
+    from continuum.show import console
+
+    printed = console._console.out
+
+    def checked(text: str, **how: bool) -> None:
+        wide = [line for line in text.splitlines() if len(line) > WIDEST]
+        assert all(max(map(len, line.split())) > WIDEST / 2 for line in wide), "\n".join(["a wide table", *wide])
+        printed(text, **how)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(console._console, "out", checked)
+        yield
+
+
 @pytest.fixture
 def print_quality(monkeypatch: pytest.MonkeyPatch) -> float:
     """Figures have the pixels per inch of print: for tests of pixels."""

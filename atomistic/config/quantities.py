@@ -87,6 +87,10 @@ def in_both(data: Mapping[str, Any], units: Units | None, rest: Units | None = N
         join = ", " if len(numbers) <= 4 else " ... "
         if shown:
             real = join.join(readable(number * size, quantity) for number in shown)
+            if key[-1] == "adhesion_length":  # l_a = w/E*
+                real += "; w = " + join.join(
+                    readable(units.to_si(n, "energy_per_area"), "energy_per_area") for n in shown
+                )
             yield name, f"{join.join(f'{number:.4g}' for number in shown)} {_REDUCED[quantity]} = {real}"
 
 

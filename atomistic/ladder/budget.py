@@ -27,7 +27,7 @@ class BudgetLine(NamedTuple):
     """Shortest wavelength of the wall, in a0."""
     rms_slope: float
     load: dict[str, float]
-    """Step -> largest |load difference|/N_rep.  If springs were run, which give the geometric part of the
+    """Step -> largest |load difference|/(N_rep + N_att).  If springs were run, which give the geometric part of the
     nonlinearity, the rest is the step ``anharmonicity``."""
     contact: dict[str, float]
     """Step -> largest fraction of points whose contact differs."""
@@ -73,6 +73,14 @@ class BoundVerdict:
         """Whether every state is within the bound; a bound without states does not hold."""
         return self.states > 0 and self.measured <= self.limit
 
+    @property
+    def told(self) -> str:
+        """What was found at the worst state, and what is allowed."""
+        at = f"at {self.state}, the worst of {self.states}" if self.states else "no state was looked at"
+        return (
+            f"{self.case}, {self.quantity}: {self.measured:.3g} where {self.limit:.4g} is allowed ({self.bound}), {at}"
+        )
+
 
 class Exponent(NamedTuple):
     """Exponent of a difference of lattice response and atoms in the slope, for one surface and area."""
@@ -94,11 +102,10 @@ def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[BudgetLine]:
     points = columns["points"][0]
     for (case, slope), mine in _alike(columns, "case", "rms_slope"):
         ratio = columns["load_ratio"][mine]
-        # States without contact on both rungs have no N_rep to compare with.
-        load = {step: float(np.fmax.reduce(np.abs(columns[f"{step}_load"][mine]))) for step in steps}
+        load = {step: float(np.abs(columns[f"{step}_gross_load"][mine]).max()) for step in steps}
         if "geometry" in steps:
-            rest = columns["nonlinearity_load"][mine] - columns["geometry_load"][mine]
-            load["anharmonicity"] = float(np.fmax.reduce(np.abs(rest)))
+            rest = columns["nonlinearity_gross_load"][mine] - columns["geometry_gross_load"][mine]
+            load["anharmonicity"] = float(np.abs(rest).max())
         contact = {step: float(columns[f"{step}_pixels"][mine].max() / points) for step in steps}
         shortest, ratios = float(columns["lambda_s"][mine][0]), (float(ratio.min()), float(ratio.max()))
         yield BudgetLine(case, shortest, slope, load, contact, ratios)

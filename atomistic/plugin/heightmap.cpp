@@ -26,7 +26,10 @@
 
    Output: a global scalar, the energy (fix_modify energy yes adds it to that of the system); a global vector, the force
    on the atoms along x, y and z; a per-atom array: gap, traction, energy, height, and slopes of the wall along x and y,
-   all but the vector and the scalar in the units of FILE.  It acts in runs and in minimisations, not in rRESPA. */
+   in the units of FILE, then the gap and the force along z in those of LAMMPS, as are scalar and vector.  fix_modify
+   virial yes adds the virial to pressure and stress: of an atom and the wall above it, the gap apart along z, so that
+   z z is -gap f_z, x z is -gap f_x, y z is -gap f_y, and the others, which move wall and atom alike, are zero.  It acts
+   in runs and in minimisations, not in rRESPA.  Nothing is written to restarts.  fix_wall_heightmap.rst says more. */
 
 #include "atom.h"
 #include "comm.h"
@@ -99,6 +102,8 @@ void weights(double t, double *w, double *d)
   d[3] = 0.5 * t * t;
 }
 
+constexpr int COLUMNS = 8;    // of the per-atom array
+
 class FixWallHeightmap : public Fix {
  public:
   FixWallHeightmap(LAMMPS *, int, char **);
@@ -111,7 +116,7 @@ class FixWallHeightmap : public Fix {
   void post_force(int) override;
   double compute_scalar() override { return all()[3]; }
   double compute_vector(int i) override { return all()[i]; }
-  double memory_usage() override { return 8.0 * (6.0 * nmax + coefficients.size()); }
+  double memory_usage() override { return 8.0 * (1.0 * COLUMNS * nmax + coefficients.size()); }
 
  private:
   int nx = 0, ny = 0, nmax = 0;
@@ -171,10 +176,10 @@ FixWallHeightmap::FixWallHeightmap(LAMMPS *lmp, int narg, char **arg) : Fix(lmp,
   size_vector = 3;
   extscalar = extvector = 1;
   global_freq = peratom_freq = 1;
-  size_peratom_cols = 6;
-  energy_global_flag = 1;
-  memory->create(array_atom, nmax = std::max(atom->nmax, 1), 6, "wall/heightmap:array_atom");
-  memset(&array_atom[0][0], 0, sizeof(double) * 6 * nmax);
+  size_peratom_cols = COLUMNS;
+  energy_global_flag = virial_global_flag = virial_peratom_flag = 1;
+  memory->create(array_atom, nmax = std::max(atom->nmax, 1), COLUMNS, "wall/heightmap:array_atom");
+  memset(&array_atom[0][0], 0, sizeof(double) * COLUMNS * nmax);
   memset(mine, 0, sizeof(mine));
 }
 
@@ -276,12 +281,13 @@ void FixWallHeightmap::law(double gap, double *found) const
   found[1] = p.energy - s * (p.a0 + s * (p.a1 / 2.0 + s * (p.a2 / 3.0 + s * p.a3 / 4.0)));
 }
 
-void FixWallHeightmap::post_force(int)
+void FixWallHeightmap::post_force(int vflag)
 {
+  v_init(vflag);
   if (atom->nmax > nmax) {
     memory->destroy(array_atom);
-    memory->create(array_atom, nmax = atom->nmax, 6, "wall/heightmap:array_atom");
-    memset(&array_atom[0][0], 0, sizeof(double) * 6 * nmax);
+    memory->create(array_atom, nmax = atom->nmax, COLUMNS, "wall/heightmap:array_atom");
+    memset(&array_atom[0][0], 0, sizeof(double) * COLUMNS * nmax);
   }
   int is_double, columns;
   const double *heights = nullptr;
@@ -295,7 +301,7 @@ void FixWallHeightmap::post_force(int)
   for (int i = 0; i < atom->nlocal; i++) {
     double *out = array_atom[i];
     if (!(mask[i] & groupbit)) {
-      memset(out, 0, 6 * sizeof(double));
+      memset(out, 0, COLUMNS * sizeof(double));
       continue;
     }
     double above[3] = {0.0, 0.0, 0.0}, acts[2];
@@ -315,10 +321,17 @@ void FixWallHeightmap::post_force(int)
       mine[k] += on[k];
     }
     mine[3] += acts[1] * energy;
+    if (evflag) {
+      const double apart = gap * length;
+      double virial[6] = {0.0, 0.0, -apart * on[2], 0.0, -apart * on[0], -apart * on[1]};
+      v_tally(i, virial);
+    }
     out[0] = gap;
     out[1] = acts[0];
     out[2] = acts[1];
     for (int k = 0; k < 3; k++) out[3 + k] = above[k];
+    out[6] = gap * length;
+    out[7] = on[2];
   }
   is_summed = false;
 }

@@ -16,7 +16,7 @@ from continuum.files.output import save as save_file
 from continuum.measure.contact import contact_map
 from continuum.sheet import Column, Entry, Sheet, pairs, words
 from continuum.show.plot import PAGE, SERIES, contact_image, legend_under, letter_panels, new_axes, save_figure, styled
-from continuum.units import readable
+from continuum.units import per_area, readable
 
 _JUMP = 0.25
 """Change of the contact area from one step to the next that is drawn as a jump."""
@@ -26,7 +26,7 @@ def deck_run_sheets(run: DeckSteps, beside: tuple[ContinuumStep, ...] = (), rema
     """The last step in detail, all steps of a protocol, and the comparison with the continuum."""
     sheets = [replace(_last(run), note=remark)]
     if run.description.steps:
-        sheets[:0] = [_steps(run), *_balance(run)]
+        sheets[:0] = [_steps(run), *_balance(run), *_friction(run)]
     if beside:
         sheets.append(_compared(run, beside))
     return sheets
@@ -41,7 +41,7 @@ def _steps(run: DeckSteps) -> Sheet:
     if moves:
         columns["± N/A0"] = "load_error"
     if along:
-        columns |= {"friction/A0 (E*)": f"lateral_{along}", "± friction/A0": f"lateral_{along}_error"}
+        columns |= {"friction/A0 (E*)": f"lateral_{along}", "± friction": f"lateral_{along}_error"}
     columns["A_rep/A0"] = "area_rep"
     if moves and not along:
         columns["± A_rep/A0"] = "area_rep_error"
@@ -58,30 +58,39 @@ def _steps(run: DeckSteps) -> Sheet:
         cells["slipped atoms"] = [step.slipped for step in run.steps]
         if all(step.faulted >= 0 for step in run.steps):
             cells["hcp atoms"] = [step.faulted for step in run.steps]
-    cells |= _friction_columns(run)
+    if (real := run.description.real_units) is not None and not along:
+        cells["N/A0 (GPa)"] = [real.to_si(step.load, "pressure") / scipy.constants.giga for step in run.steps]
     missing = run.expected - len(run.steps)
     notes = [f"{missing} of {run.expected} steps are not done: the same command goes on with them"] if missing else []
     notes = [*_means(run), *_yield(run), *notes]
     title = f"{run.directory.name}: steps"
-    return Sheet.of(title, tuple(cells), zip(*cells.values(), strict=True), "\n".join(notes))
+    heads = tuple(Column(head, "", ".2g" if head.startswith("±") else ".4g") for head in cells)
+    return Sheet.of(title, heads, zip(*cells.values(), strict=True), "\n".join(notes))
 
 
-def _friction_columns(run: DeckSteps) -> dict[str, Sequence[Entry]]:
-    """Load in real units; for a sliding wall also friction, and friction over a compressive load."""
-    real, area, found = run.description.real_units, run.last.slab.grid.area, dict[str, Sequence[Entry]]()
-    named = {"N": "load"} | ({"friction": f"lateral_{run.slides}"} if run.slides else {})
-    if run.slides:
-        found["friction/N"] = [
+def _friction(run: DeckSteps) -> list[Sheet]:
+    """Load and friction of a sliding wall in real units, and friction over a compressive load."""
+    if not run.slides:
+        return []
+    real, area, named = (
+        run.description.real_units,
+        run.last.slab.grid.area,
+        {"N": "load", "friction": f"lateral_{run.slides}"},
+    )
+    cells: dict[str, Sequence[Entry]] = {
+        "step": range(1, len(run.steps) + 1),
+        "friction/N": [
             getattr(step, named["friction"]) / step.load if step.load > 3 * step.load_error else None
             for step in run.steps
-        ]
+        ],
+    }
     if real is not None:
         giga, nano = scipy.constants.giga, scipy.constants.nano
         for head, name in named.items():
-            found[f"{head}/A0 (GPa)"] = [real.to_si(getattr(step, name), "pressure") / giga for step in run.steps]
-        for head, name in named.items() if run.slides else ():
-            found[f"{head} (nN)"] = [real.to_si(getattr(step, name) * area, "force") / nano for step in run.steps]
-    return found
+            cells[f"{head}/A0 (GPa)"] = [real.to_si(getattr(step, name), "pressure") / giga for step in run.steps]
+        for head, name in named.items():
+            cells[f"{head} (nN)"] = [real.to_si(getattr(step, name) * area, "force") / nano for step in run.steps]
+    return [Sheet.of("Friction and load", tuple(cells), zip(*cells.values(), strict=True))]
 
 
 def _yield(run: DeckSteps) -> list[str]:
@@ -166,6 +175,7 @@ def _last(run: DeckSteps) -> Sheet:
         ("repulsive force N_rep", f"{last.load_rep:.10g} E* a0²"),
         ("A_rep/A0", f"{last.area_rep:.6g}"),
         ("A_att/A0", f"{last.area_att:.6g}"),
+        ("work of adhesion of the law", per_area(run.wall.work_of_adhesion, real)),
         ("total energy", f"{last.total_energy:.10g} E* a0³"),
         ("largest force left", f"{last.largest_force:.3g} E* a0²"),
         ("force evaluations", last.evaluations),

@@ -14,15 +14,21 @@ from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
 from atomistic.ladder.budget import BoundVerdict
-from atomistic.ladder.comparison import GEOMETRY, STEPS
+from atomistic.ladder.comparison import GEOMETRY, STEPS, StepName
 from atomistic.ladder.ensemble import untested
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS, WORDS
+from continuum.model.grid import Grid
+from continuum.model.substrates import HalfSpace, Layer
 from continuum.sheet import Column, Entry, Sheet, pairs
 from continuum.show import plot
 from continuum.show.page import Page
-from continuum.units import GPA_PER_EV_PER_A3
+from continuum.units import GPA_PER_EV_PER_A3, Units, per_area
 
 LABELS = WORDS | {"half-space": "half-space, ν = 1/2", "layer": "layer, ν = 1/2", "atoms": "atoms (LAMMPS)"}
+_FAILED = 4
+"""Failed bounds that the answer names."""
+_UNFELT = 1e-3
+"""Relative difference of a stiffness by the base that no load shows: the budget is told to a tenth of a per cent."""
 _WIDE = 3
 """Largest number of panels in a row for which a title with wall and slope fits into one line."""
 _COLOURS = dict(zip(RUNGS, plot.SERIES, strict=False))
@@ -30,57 +36,104 @@ _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 """Style and width of the lines of the continuum rungs: the first lies below the second, which it nearly equals."""
 
 
+def validation_statements(stored: Archive, verdicts: Sequence[BoundVerdict]) -> list[str]:
+    """The answer in at most eight lines: verdicts, the worst states, what the half-space is right to."""
+    failed = [verdict for verdict in verdicts if not verdict.holds]
+    found = [f"{len(verdicts) - len(failed)} of {len(verdicts)} bounds hold"]
+    if failed:
+        found[0] += f", {len(failed)} FAIL"
+        found += [f"FAILS: {verdict.told}" for verdict in failed[:_FAILED]]
+        found += [f"and {len(failed) - _FAILED} more, in the tables"] if len(failed) > _FAILED else []
+    elif differs := [verdict for verdict in verdicts if verdict.quantity != "largest force"]:
+        # That the atoms are in equilibrium is asked before they are compared.
+        found.append(f"Nearest to its bound: {max(differs, key=lambda one: one.measured / one.limit).told}")
+    worst = max(budget.costs(stored.columns, ("total",)), key=lambda cost: cost.load["total"])
+    states = stored.columns["evaluations"].size
+    return [
+        *found,
+        f"Load of the half-space against that of atoms: {100 * worst.load['total']:.1f} % of N_rep + N_att at worst, "
+        f"in {worst.case} at h'rms = {worst.rms_slope:g}",
+        f"Looked at: {states} equilibria of atoms on {len(set(stored.columns['case'].tolist()))} cases; tables with -v",
+    ]
+
+
 def validation_sheets(config: ValidateConfig, stored: Archive, verdicts: Sequence[BoundVerdict]) -> list[Sheet]:
     """The tables of a validation that are not empty: error budget, its signed parts, scaling, jumps, verdicts."""
     sheets = (
-        budget_sheet(stored), _closed_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(config, verdicts)
+        budget_sheet(config, stored), _beside_the_load(stored), _closed_sheet(config, stored), _scaling(stored),
+        *_jumps(stored), _tolerances(config, verdicts),
     )  # fmt: skip
     return [sheet for sheet in sheets if sheet.rows]
 
 
-def budget_sheet(archive: Archive) -> Sheet:
+def _base_is_felt(config: ValidateConfig) -> float:
+    """Relative difference of the stiffness of half-space and layer in the longest wave of the slab."""
+    grid, depth = Grid.square(config.slab.n), config.slab.depth
+    layer, half_space = (one.stiffness(grid)[0, 1] for one in (Layer(depth, 0.5, "clamped"), HalfSpace("clamped")))
+    return abs(float(layer / half_space) - 1)
+
+
+def _steps_of(config: ValidateConfig) -> list[StepName]:
+    """Steps of the ladder but the depth of a slab whose base no wave of the wall feels: zero by construction."""
+    return [step for step in STEPS if step != "depth" or _base_is_felt(config) > _UNFELT]
+
+
+def _unfelt(config: ValidateConfig) -> list[str]:
+    """Why the depth is no column."""
+    if "depth" in _steps_of(config):
+        return []
+    return [
+        f"depth is no column: {config.slab.depth:.4g} a0 below the surface the base makes the longest wave stiffer by "
+        f"{_base_is_felt(config):.1g}, and shorter ones by less."
+    ]
+
+
+def budget_sheet(config: ValidateConfig, archive: Archive) -> Sheet:
     """Errors of the steps of the ladder, by case and slope."""
     columns = archive.columns
     measured = [step for step in (STEPS | GEOMETRY) if f"{step}_load" in columns]
     costs = list(budget.costs(columns, tuple(measured)))
     # The total last, after the parts of the nonlinearity.
-    steps = [step for step in costs[0].load if step != "total"] + ["total"]
-    rows: list[tuple[Entry, ...]] = [
-        (
-            cost.case,
-            cost.lambda_s,
-            cost.rms_slope,
-            *(cost.load[step] for step in steps),
-            *(cost.contact[step] for step in ("nonlinearity", "total")),
-            f"{cost.load_ratio[0]:.2f} - {cost.load_ratio[1]:.2f}",
-        )
-        for cost in costs
-    ]
+    left_out = set(STEPS) - set(_steps_of(config))
+    steps = [step for step in costs[0].load if step != "total" and step not in left_out] + ["total"]
+    rows = [(cost.case, cost.lambda_s, cost.rms_slope, *(cost.load[step] for step in steps)) for cost in costs]
     first = costs[0]
     notes = [
         f"Read: with lambda_s = {first.lambda_s:g} a0 and h'rms = {first.rms_slope:g} ({first.case}) the load of the "
-        f"half-space, which production runs use, is right to {100 * first.load['total']:.1f} % of N_rep.",
-        "  ".join(f"{step}: {WORDS[coarse]} against {WORDS[fine]}." for step, (coarse, fine) in STEPS.items()),
+        f"half-space, which production runs use, is right to {100 * first.load['total']:.1f} % of N_rep + N_att.",
+        "  ".join(f"{step}: {WORDS[STEPS[step][0]]} against {WORDS[STEPS[step][1]]}." for step in _steps_of(config)),
+        *_unfelt(config),
     ]
     if "geometry" in measured:
         notes.append(
             "geometry: the nonlinearity of springs under the same wall at the same mean gap.  anharmonicity: the rest "
             "of the nonlinearity."
         )
-    notes.append(
-        "*load of the half-space over that of the lattice at equal separation; all else at equal mean gap, lattice "
-        "against atoms at equal separation"
-    )
+    notes.append("All at equal mean gap, lattice against atoms at equal separation.")
     heads = (
-        Column("case"), Column("λ_s", "a0", "g"), Column("h'rms", "", "g"),
-        *(Column(step, "%", ".2f") for step in (*steps, "contact nonlinearity", "contact total")),
-        Column("mean compliance*"),
+        Column("case"), Column("λ_s", "a0", "g"), Column("h'rms", "", "g"), *(Column(one, "%", ".2f") for one in steps)
     )  # fmt: skip
-    title = "Error budget: largest difference of the load, relative to N_rep, and points whose contact differs"
+    title = "Error budget: largest difference of the load, relative to N_rep + N_att"
     return Sheet.of(title, heads, rows, "\n".join(notes))
 
 
-def _closed_sheet(archive: Archive) -> Sheet:
+def _beside_the_load(archive: Archive) -> Sheet:
+    """Points whose contact differs, and what a comparison at equal separation would say."""
+    costs = budget.costs(archive.columns, tuple(STEPS))
+    rows = [
+        (cost.case, cost.lambda_s, cost.rms_slope, cost.contact["nonlinearity"], cost.contact["total"],
+         f"{cost.load_ratio[0]:.2f} - {cost.load_ratio[1]:.2f}")
+        for cost in costs
+    ]  # fmt: skip
+    heads = (
+        Column("case"), Column("λ_s", "a0", "g"), Column("h'rms", "", "g"), Column("contact nonlinearity", "%", ".2f"),
+        Column("contact total", "%", ".2f"), Column("mean compliance"),
+    )  # fmt: skip
+    note = "mean compliance: load of the half-space over that of the lattice at equal separation."
+    return Sheet.of("Points whose contact differs, and mean compliance", heads, rows, note)
+
+
+def _closed_sheet(config: ValidateConfig, archive: Archive) -> Sheet:
     """Signed parts of the budget at one area, and the total."""
 
     def text(mean: float, error: float) -> str:
@@ -90,12 +143,12 @@ def _closed_sheet(archive: Archive) -> Sheet:
 
     rows: list[tuple[Entry, ...]] = [
         (line.case, line.rms_slope, line.area, line.branch, f"{line.surfaces} of {line.of}",
-         *(text(*part) for part in line.parts.values()))
+         *(text(*line.parts[step]) for step in _steps_of(config)))
         for line in budget.closed(archive.columns, STEPS)
     ]  # fmt: skip
     heads = (
         Column("case"), Column("h'rms", "", "g"), Column("A_rep/A0", "", "g"), Column("branch"), Column("surfaces"),
-        *(Column(step) for step in STEPS),
+        *(Column(step) for step in _steps_of(config)),
     )  # fmt: skip
     notes = (
         "Mean over the surfaces, and its standard error, in % of all that acts on the atoms, N_rep + N_att; positive "
@@ -121,27 +174,33 @@ def _scaling(archive: Archive) -> Sheet:
     return Sheet.of(title, heads, rows)
 
 
-def _jumps(archive: Archive) -> Sheet:
+def _jumps(archive: Archive) -> list[Sheet]:
+    """States around jumps: lattice beside atoms, and how far the atoms were relaxed."""
     columns = archive.columns
     jumping = set(columns["case"][columns["place"] != "area"].tolist())
     i, j = (columns["rung"].tolist().index(rung) for rung in ("lattice", "atoms"))
+    named = (Column("case"), Column("branch"), Column("state"))
     heads = (
-        Column("case"), Column("branch"), Column("state"), Column("separation", "a0", ".3f"),
-        Column("A_rep/A0: lattice", "%", ".2f"), Column("atoms", "%", ".2f"), Column("N/A0: lattice", "E*", ".5f"),
-        Column("atoms", "E*", ".5f"), Column("difference of all that acts", "%", "+.2f"),
-        Column("max |du|", "a0", ".4f"), Column("evaluations"), Column("largest force", "E* a0²", ".1e"),
+        *named, Column("separation", "a0", ".3f"), Column("A_rep/A0: lattice", "%", ".2f"), Column("atoms", "%", ".2f"),
+        Column("N/A0: lattice", "E*", ".5f"), Column("atoms", "E*", ".5f"),
+        Column("difference of all that acts", "%", "+.2f"),
     )  # fmt: skip
-    rows = [
-        (case, str(columns["branch"][s]), f"A_rep/A0 = {columns['area'][s]:g}" if place == "area" else place,
-         *(float(columns[name][k, s]) for name, k in (("separation", i), ("area_rep", i), ("area_rep", j),
-                                                      ("load", i), ("load", j))),
-         float(columns["nonlinearity_gross_load"][s]), float(columns["nonlinearity_displacement"][s]),
-         int(columns["evaluations"][s]), float(columns["largest_force"][s]))
-        for s, (case, place) in enumerate(zip(columns["case"].tolist(), columns["place"].tolist(), strict=True))
-        if case in jumping
-    ]  # fmt: skip
+    further = (
+        *named, Column("max |du|", "a0", ".4f"), Column("evaluations"), Column("largest force", "E* a0²", ".1e")
+    )  # fmt: skip
+    rows, relaxed = list[tuple[Entry, ...]](), list[tuple[Entry, ...]]()
+    for s, (case, place) in enumerate(zip(columns["case"].tolist(), columns["place"].tolist(), strict=True)):
+        if case not in jumping:
+            continue
+        state = case, str(columns["branch"][s]), f"A_rep/A0 = {columns['area'][s]:g}" if place == "area" else place
+        pairs_of = (("separation", i), ("area_rep", i), ("area_rep", j), ("load", i), ("load", j))
+        difference = float(columns["nonlinearity_gross_load"][s])
+        rows.append((*state, *(float(columns[name][k, s]) for name, k in pairs_of), difference))
+        moved, force = float(columns["nonlinearity_displacement"][s]), float(columns["largest_force"][s])
+        relaxed.append((*state, moved, int(columns["evaluations"][s]), force))
     title = "Branch by branch: lattice Green's function against atoms, at equal separation"
-    return Sheet.of(title, heads, rows, "Evaluations of forces include the certificate.")
+    note = "Evaluations of forces include the certificate."
+    return [Sheet.of(title, heads, rows), Sheet.of("The same states: displacements and work", further, relaxed, note)]
 
 
 def _tolerances(config: ValidateConfig, verdicts: Sequence[BoundVerdict]) -> Sheet:
@@ -150,12 +209,15 @@ def _tolerances(config: ValidateConfig, verdicts: Sequence[BoundVerdict]) -> She
         for case in config.case
         if not case.tolerance and (said := untested(config, case))
     ]
+    for reason in dict.fromkeys(verdict.reason for verdict in verdicts):
+        of = dict.fromkeys(f"{v.case}, {v.quantity}" for v in verdicts if v.reason == reason)
+        notes.append(f"Why ({'; '.join(of)}): {reason}.")
     return Sheet.of(
         "Tolerances: lattice Green's function against atoms",
-        ("case", "quantity", "bound", "worst / limit", "states", "worst state", "verdict", "why this bound"),
+        ("case", "quantity", "bound", "worst / limit", "states", "worst state", "verdict"),
         [
             [v.case, v.quantity, v.bound, f"{v.measured:.3g} / {v.limit:.4g}", str(v.states), v.state,
-             "holds" if v.holds else "FAILS", v.reason]
+             "holds" if v.holds else "FAILS"]
             for v in verdicts
         ],
         "\n".join(notes),
@@ -179,7 +241,12 @@ def write_validation(
         f"{path.stem}: Green's functions against atoms",
         f"{sentence}.  Lengths are in a0, pressures in E*, unless said otherwise.",
         figures=[(figure, figure.stem) for figure in figures],
-        sheets=[_substrate(stored, config), *validation_sheets(config, stored, verdicts), pairs("Made with", made)],
+        sheets=[
+            _substrate(stored, config),
+            _works(stored, config),
+            *validation_sheets(config, stored, verdicts),
+            pairs("Made with", made),
+        ],
         listing=("Input", config.source.text) if config.source else None,
     )
     return [page.write(path.with_suffix(".html")), *figures]
@@ -200,6 +267,15 @@ def _substrate(archive: Archive, config: ValidateConfig) -> Sheet:
         rise = float(known["model/surface_relaxation"])
         rows.append(("surface plane at rest", f"{rise:+.5f} a0 from its lattice sites: there the gap begins"))
     return pairs("Substrate", rows)
+
+
+def _works(archive: Archive, config: ValidateConfig) -> Sheet:
+    """The work of adhesion of each case; of a crystal with units in those, too."""
+    known = archive.attributes
+    real = None
+    if known.get("model/units") == "metal":
+        real = Units.metal(float(known["model/a0"]), float(known["model/contact_modulus"]))
+    return pairs("Work of adhesion", [(case.name, per_area(case.adhesion_length, real)) for case in config.case])
 
 
 def draw_all(archive: Archive, folder: Path, stem: str) -> list[Path]:

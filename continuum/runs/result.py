@@ -182,13 +182,12 @@ class Result(Shown):
         columns = (
             Column("step"), Column("branch"), Column("mean gap", "a0", ".5g"), Column("separation", "a0", ".5g"),
             Column("A_rep/A0"), Column("A_att/A0"), Column("N/A0", "E*", ".4e"), Column("N_rep/A0", "E*", ".4e"),
-            Column("residual", "E*", ".1e"), Column("FFT pairs", "", ".0f"), Column("search", "", ".0f"),
-            Column("status"),
+            Column("residual", "E*", ".1e"), Column("FFT pairs", "", ".0f"), Column("status"),
         )  # fmt: skip
         passed = self._not_looked_at()
         rows = [
-            (i, p.branch, p.mean_gap, p.separation, p.area_rep, p.area_att, p.load, p.load_rep, p.residual, p.fft_pairs,
-             p.search_pairs, words(p.status) + (f", {NOT_LOOKED}" if over else ""))
+            (i, p.branch, p.mean_gap, p.separation, p.area_rep, p.area_att, p.load, p.load_rep, p.residual,
+             p.fft_pairs + p.search_pairs, words(p.status) + (f", {NOT_LOOKED}" if over else ""))
             for i, (p, over) in enumerate(zip(self.points, passed, strict=True))
         ]  # fmt: skip
         notes = [f"{self.resumed} points were stored before"] if self.resumed else []
@@ -237,11 +236,11 @@ class Result(Shown):
 def _jumps(events: Sequence[PathEvent]) -> Sheet:
     columns = (
         Column("before step"), Column("jump"), Column("of"), Column("from", "", ".6g"), Column("to", "", ".6g"),
-        Column("mean gap", "a0", ".5g"), Column("after", "a0", ".5g"), Column("A_rep/A0", "", ".5g"),
-        Column("after", "", ".5g"), Column("N/A0", "E*", ".4e"), Column("after", "E*", ".4e"),
+        Column("mean gap", "a0"), Column("after", "a0"), Column("A_rep/A0"), Column("after"),
+        Column("N/A0", "E*", ".3e"), Column("after", "E*", ".3e"),
     )  # fmt: skip
     rows = [
-        (step, e.kind, e.control, e.before.value, e.after.value, e.before.mean_gap, e.after.mean_gap,
+        (step, e.kind, e.control.replace("-", " "), e.before.value, e.after.value, e.before.mean_gap, e.after.mean_gap,
          e.before.area_rep, e.after.area_rep, e.before.load, e.after.load)
         for step, e in events
     ]  # fmt: skip
@@ -303,7 +302,7 @@ class Analysis(Shown):
         """Each point, and the run as a whole."""
         sheets = [_loads(self), _geometry(self)]
         if any(point.fields for point in self.points):
-            sheets.append(_outside(self))
+            sheets += [_outside(self), _areas(self)]
         return [*sheets, _whole(self)]
 
 
@@ -368,8 +367,8 @@ def _head(measured: MeasuredPoint) -> tuple[int, str, float]:
 
 def _loads(analysis: Analysis) -> Sheet:
     columns = (
-        *_POINT, Column("A_rep/A0"), Column("A_att/A0"), *(Column(n, "E*", ".3e") for n in ("N/A0", "p_rep", "p_att")),
-        Column("1/κ"), Column("κ_rep"), Column("κ_att"), Column("k_N", "E*/a0", ".3e"),
+        *_POINT, Column("A_rep/A0"), Column("A_att/A0"), Column("N/A0", "E*", ".3e"), Column("p_rep", "E*"),
+        Column("p_att", "E*"), Column("1/κ"), Column("κ_rep"), Column("κ_att"), Column("k_N", "E*/a0", ".3e"),
     )  # fmt: skip
     rows = []
     for measured in analysis.points:
@@ -396,18 +395,26 @@ def _geometry(analysis: Analysis) -> Sheet:
 def _outside(analysis: Analysis) -> Sheet:
     columns = (
         *_POINT, Column("d_att", "a0"), Column("A_att/P", "a0"), Column("Eq. (S-2)", "a0"), Column("gap/Eq. (S-1)"),
-        Column("to"), *(Column(n) for n in ("A_rep/A0", "±", "corrected", "contour", "interior", "dilated")),
+        Column("to"),
     )  # fmt: skip
     rows = []
     for measured in analysis.points:
         n, found = measured.numbers, measured.fields
-        if found is None:
-            continue
-        rim = n.area_att * analysis.result.grid.area / n.perimeter if n.perimeter else np.nan
-        a = found.areas
-        shares = (a.repulsive, a.uncertainty, a.corrected, a.contour, a.interior, a.dilated)
-        rows.append((*_head(measured), found.width, rim, found.expected_width, *found.gap_ratio, *shares))
-    return Sheet.of("Gap outside the contact; areas by other definitions, as fractions of A0", columns, rows)
+        if found is not None:
+            rim = n.area_att * analysis.result.grid.area / n.perimeter if n.perimeter else np.nan
+            rows.append((*_head(measured), found.width, rim, found.expected_width, *found.gap_ratio))
+    return Sheet.of("Gap outside the contact", columns, rows)
+
+
+def _areas(analysis: Analysis) -> Sheet:
+    names = ("repulsive", "uncertainty", "corrected", "contour", "interior", "dilated")
+    columns = (*_POINT, Column("A_rep/A0"), Column("±"), *map(Column, names[2:]))
+    rows = [
+        (*_head(measured), *(getattr(measured.fields.areas, name) for name in names))
+        for measured in analysis.points
+        if measured.fields is not None
+    ]
+    return Sheet.of("Repulsive areas by other definitions, as fractions of A0", columns, rows)
 
 
 def _whole(analysis: Analysis) -> Sheet:

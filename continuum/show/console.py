@@ -16,6 +16,7 @@ from contextvars import ContextVar
 from functools import cache
 from typing import Any, Literal, NoReturn
 
+from rich import box
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -27,7 +28,7 @@ from rich.progress import (
 from rich.table import Table
 
 from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, StickinessError, shortened
-from continuum.sheet import Sheet
+from continuum.sheet import WIDEST, Sheet
 
 Voice = Literal["quiet", "normal", "verbose"]
 """How much a command says.
@@ -190,17 +191,20 @@ def clear() -> None:
 
 
 def show(sheet: Sheet) -> None:
-    """Print a sheet, on a terminal with rules and of its width, otherwise as plain text without cuts."""
+    """Print a sheet: on a terminal in its width, with a rule below the heads, otherwise as plain text."""
     if _voice.get() == "quiet":
         return
     if not _console.is_terminal:
         _console.out(sheet.text() + "\n", highlight=False)
         return
-    table = Table(title=sheet.title, title_justify="left", title_style="bold",
-                  caption=sheet.note or None, caption_justify="left")  # fmt: skip
-    for i, name in enumerate(sheet.head):
+    width = min(_console.width, WIDEST)
+    table = Table(title=sheet.title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_edge=False,
+                  padding=(0, 1, 0, 0), pad_edge=False, caption="\n".join(sheet.notes(width)) or None,
+                  caption_justify="left")  # fmt: skip
+    head, *rows = (["\n".join(cell) for cell in row] for row in sheet.laid_out(width))
+    for i, name in enumerate(head):
         table.add_column(name, justify="right" if sheet.numeric(i) else "left", overflow="fold")
-    for row in sheet.cells:
+    for row in rows:
         table.add_row(*row)
     _console.print(table)
 

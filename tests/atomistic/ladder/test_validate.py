@@ -30,12 +30,14 @@ from atomistic.ladder.rungs import (
 )
 from atomistic.lammps.engine import run_command
 from atomistic.response.lattice import LatticeResponse
+from atomistic.show.validation import validation_sheets, validation_statements
 from continuum.files.inputs import load
 from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
+from continuum.sheet import Sheet
 from continuum.show import plot
 from continuum.solve.solution import Settings
 from tests.printed import faults_in_print
@@ -327,8 +329,42 @@ def test_the_table_of_costs_takes_the_worst_state(columns: dict[str, np.ndarray]
     rows = {(row.case, row.rms_slope): row for row in budget.costs(columns, tuple(STEPS))}
     assert list(rows) == [("plain", 0.02), ("plain", 0.01), ("sticky", 0.05)]
     sticky = columns["case"] == "sticky"
-    worst = np.abs(columns["total_load"][sticky]).max()
+    # Over all that acts, as where a deck is compared with the continuum: N_rep alone may be a small part of that.
+    worst = np.abs(columns["total_gross_load"][sticky]).max()
     assert rows["sticky", 0.05].load["total"] == worst > 0
+
+
+def test_the_answer_names_the_worst_states_in_at_most_ten_lines(
+    config: ValidateConfig, columns: dict[str, np.ndarray]
+) -> None:
+    verdicts = list(budget.bound_verdicts(config, columns))
+    stored = archive.Archive(columns, {})
+    good = validation_statements(stored, verdicts)
+    assert good[0] == f"{len(verdicts)} of {len(verdicts)} bounds hold"
+    differ = [verdict for verdict in verdicts if verdict.quantity != "largest force"]
+    nearest = max(differ, key=lambda one: one.measured / one.limit)
+    assert nearest.state in good[1]
+    assert f"{100 * np.abs(columns['total_gross_load']).max():.1f} % of N_rep + N_att" in good[2]
+    assert f"{columns['evaluations'].size} equilibria" in good[3]
+    bad = validation_statements(stored, [replace(verdict, measured=np.nan) for verdict in verdicts])
+    assert bad[0] == f"0 of {len(verdicts)} bounds hold, {len(verdicts)} FAIL"
+    assert all(one.startswith("FAILS: ") and "where" in one for one in bad[1:3])
+    assert len(good) <= len(bad) <= 8  # and two with the files
+
+
+def test_a_depth_that_no_wave_feels_is_no_column_of_the_budget(
+    config: ValidateConfig, columns: dict[str, np.ndarray]
+) -> None:
+    def told(depth: float) -> list[Sheet]:
+        slab = config.slab.model_copy(update={"depth": depth})
+        return validation_sheets(config.model_copy(update={"slab": slab}), archive.Archive(columns, {}), [])
+
+    n = config.slab.n
+    # exp(-2 q depth) (1 + 2 (q depth)²) of the longest wave, q = 2 pi/n: 2 at n/10, 3e-4 at n.
+    for depth, felt in ((n / 10, True), (float(n), False)):
+        budget_of, _, signed = told(depth)[:3]
+        assert ("depth" in budget_of.head) is ("depth" in signed.head) is felt
+        assert ("depth is no column" in budget_of.note) is not felt
 
 
 # --- on disk, and as a command -----------------------------------------------------------------------------
@@ -374,7 +410,10 @@ def test_a_validation_goes_on_where_it_stopped(
     out = capsys.readouterr().out
     assert "validate small 3/3" in out  # one part was left
     assert "validate small 1/3" not in out
-    assert "bounds hold" in out
+    answer = out[out.rindex("/3  ") :].splitlines()[1:]
+    assert "bounds hold" in answer[0]
+    assert "small.html" in answer[-2]
+    assert len(answer) <= 10  # the tables come with -v
     assert archive.is_complete(path, config, force=False)
     assert not (tmp_path / "small.parts").exists()
     for figure in ("contact", "curves", "scaling"):
@@ -412,7 +451,7 @@ def test_a_failing_bound_is_the_exit_code(
     archive.write_archive(tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results), {})
     assert main(["validate", str(strict), "-o", str(tmp_path)]) == 1
     out = capsys.readouterr().out
-    assert "1 FAIL: plain, load, at h' = 0.0" in out
+    assert re.search(r"1 FAIL\nFAILS: plain, load: 0\.\d+ where 0\.0005 is allowed .* at h' = 0\.0", out)
     assert "seed 2, A_rep/A0 = 0.1, approach" in out
 
 

@@ -95,15 +95,16 @@ def test_a_killed_run_goes_on_at_the_height_that_it_had(run: DeckRun, tmp_path: 
 
 
 def test_the_table_has_height_load_friction_and_their_ratio(run: DeckRun) -> None:
-    text = run.sheets()[0].text()
-    for head in ("separation (a0)", "N/A0 (E*)", "± N/A0", "friction/A0 (E*)", "friction/N", "Friction coefficient: "):
-        assert head in text
+    steps, *_, friction, _ = run.sheets()
+    assert {"separation (a0)", "N/A0 (E*)", "± N/A0", "friction/A0 (E*)"} < set(steps.head)
+    assert "friction/N" in friction.head
+    assert "Friction coefficient: " in (text := steps.text())
     assert "was to keep N/A0 = 0.05 E*: its height is" in text
     assert "nN" not in text
     # Of a crystal with a size, in GPa and nN, too: 64 atoms of 0.25 nm under 5 GPa are 20 nN.
     sized = replace(run, description=replace(run.description, real_units=Units(2.5e-10, 100e9)))
-    steps = sized.sheets()[0]
-    row = dict(zip((column.name for column in steps.columns), steps.rows[-1], strict=True))
+    steps, *_, friction, _ = sized.sheets()
+    row = dict(zip(friction.head, friction.rows[-1], strict=True))
     assert row["N (nN)"] == pytest.approx(run.steps[-1].load * 64 * 0.25**2 * 100, rel=1e-9)
     assert row["friction (nN)"] == pytest.approx(run.steps[-1].lateral_x * 64 * 0.25**2 * 100, rel=1e-9)
     assert row["friction/A0 (GPa)"] == pytest.approx(run.steps[-1].lateral_x * 100, rel=1e-9)

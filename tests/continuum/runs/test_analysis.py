@@ -104,7 +104,7 @@ def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> Non
     assert found.adhesion is not None
     assert found.adhesion.peak_load == max(step.load for step in summary.points)
     *each, whole = found.sheets()
-    assert [len(sheet.rows) for sheet in each] == [5] * 3
+    assert [len(sheet.rows) for sheet in each] == [5] * 4
     assert len(whole.rows) == 11
 
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 import csv
 import io
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.sheet import Column, Sheet, pairs
+from continuum.path.state import Event, JumpSide
+from continuum.runs.record import PathEvent
+from continuum.runs.result import Result
+from continuum.sheet import WIDEST, Column, Sheet, pairs
 from continuum.show.page import Page
 from continuum.show.plot import new_figure, save_figure
 
@@ -44,6 +48,35 @@ def test_numbers_have_units_and_forms() -> None:
     assert sheet.cells == (("one", "1.00", "25.0 %", "3"), ("two", "-", "-", "4"))
     assert [sheet.numeric(i) for i in range(4)] == [False, True, True, True]
     assert sheet.markdown().splitlines()[2] == "| one | 1.00 | 25.0 % | 3 |"
+
+
+words = st.lists(st.text("abc-é²", min_size=1, max_size=8), min_size=1, max_size=12).map(" ".join)
+
+
+@given(st.lists(st.tuples(words, words, words, words, st.floats(-1, 1)), min_size=1, max_size=4), words)
+def test_text_is_broken_between_words_to_fit_and_numbers_are_not(
+    rows: list[tuple[str, str, str, str, float]], note: str
+) -> None:
+    columns = ["a head", "b", "c", "d", Column("a head of many words over a number", "E*", ".3e")]
+    sheet = Sheet.of("a title", columns, rows, note)
+    assert all(len(line) <= WIDEST for line in sheet.text().splitlines())
+    for (*_, last), (*_, printed) in zip(sheet.cells, sheet.laid_out()[1:], strict=True):
+        assert printed == [last]
+    assert [[" ".join(cell) for cell in row] for row in sheet.laid_out()] == [list(sheet.head), *map(list, sheet.cells)]
+    assert sheet.text(10_000).count("\n") == len(rows) + 2
+
+
+def test_points_of_a_path_and_its_jumps_fit_with_their_longest_numbers() -> None:
+    ends = JumpSide(0.0123456789, -0.0123456, -0.0123456, 1.2345e-5, 1.2345e-5, -1.23456e-3)
+    point = SimpleNamespace(
+        branch="retract", mean_gap=-0.0123456, separation=-0.0123456, area_rep=1.2345e-5, area_att=1.2345e-5,
+        load=-1.23456e-3, load_rep=1.23456e-3, residual=1e-10, fft_pairs=12345, search_pairs=12345,
+        status="MAX_ITERATIONS",
+    )  # fmt: skip
+    event = PathEvent(100, Event("pull-off", "repulsive-area", "retract", ends, ends))
+    run = SimpleNamespace(points=[point] * 101, resumed=100, events=[event], _not_looked_at=lambda: [True] * 101)
+    for sheet in Result.sheets(run):  # type: ignore[arg-type]
+        assert max(map(len, sheet.text().splitlines())) <= WIDEST
 
 
 def test_a_row_of_another_length_is_refused() -> None:
