@@ -98,7 +98,7 @@ class EmbeddedAtom(BondlessPotential):
     element : chemical symbol.
     mass : in u.
     cutoff : of ρ and φ, in Å.
-    guess : volume per atom that the file names, in Å³.
+    guess : volume per atom that the file names, in Å³; of an alloy the mean of its elements.
     comment : comment lines of the file.
     name : of the file.
     content : of the file.
@@ -169,7 +169,7 @@ class EmbeddedAtom(BondlessPotential):
             given = f"the element {lacking[0]!r} is not among them" if lacking else "no element was named"
             raise PotentialError(f"{path} holds the elements {', '.join(table.elements)}: {given}")
         first, *others = wanted
-        mass, volume = table.elements[first]
+        mass, volume = table.elements[first][0], sum(table.elements[each][1] for each in wanted) / len(wanted)
         name = "".join(c for c in path.name if c.isprintable())
         alloyed = tuple((other, table.elements[other][0]) for other in others)
         return cls(table.style, first, mass, table.cutoff, volume, table.comment, name, content, alloyed)
