@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -29,6 +29,12 @@ class Species:
     def masses(self) -> tuple[float, ...]:
         """Mass of an atom of each."""
         return (self.mass, *(mass for _, mass in self.others))
+
+
+def check_others(others: Any) -> None:
+    """Check that further elements are pairs; raises ArgumentError otherwise."""
+    if not isinstance(others, tuple) or not all(isinstance(pair, tuple) and len(pair) == 2 for pair in others):
+        raise ArgumentError("others", others, '(symbol, mass) of each further element, as (("Ni", 58.7),)')
 
 
 class BondlessPotential(Species):

@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from atomistic.crystal.interatomic import BondlessPotential
+from atomistic.crystal.interatomic import BondlessPotential, check_others
 from atomistic.crystal.potentials import content_of
 from continuum.arguments import ArgumentError, file_name, flag, number
 
@@ -68,6 +68,7 @@ class PairStyle(BondlessPotential):
                 "the name of a pair_style that reads no code and no other paths, and that makes a crystal by itself"
             )
             raise ArgumentError("style", style, f"{allowed}; hybrid/overlay adds several")
+        check_others(self.others)
         for element in self.elements:
             if not isinstance(element, str) or not _ELEMENT.fullmatch(element):
                 raise ArgumentError("element", element, 'a chemical symbol, as "Cu"')

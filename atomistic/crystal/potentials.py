@@ -17,7 +17,7 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 
 from atomistic.crystal.crystal import chemical_symbol
-from atomistic.crystal.interatomic import BondlessPotential
+from atomistic.crystal.interatomic import BondlessPotential, check_others
 from continuum.arguments import ArgumentError, choice, file_name, instance, number
 from continuum.errors import InputError
 from continuum.files.toml import nearest
@@ -98,7 +98,7 @@ class EmbeddedAtom(BondlessPotential):
     element : chemical symbol.
     mass : in u.
     cutoff : of ρ and φ, in Å.
-    guess : volume per atom that the file names, in Å³.
+    guess : volume per atom that the file names, in Å³; of an alloy the mean of its elements.
     comment : comment lines of the file.
     name : of the file.
     content : of the file.
@@ -124,9 +124,12 @@ class EmbeddedAtom(BondlessPotential):
 
     def __post_init__(self) -> None:
         choice("style", self.style, ("eam", "eam/alloy", "eam/fs"))
-        _check_element(self.element)
-        for key in ("mass", "cutoff"):
-            number(key, getattr(self, key), above=0)
+        check_others(self.others)
+        for element in self.elements:
+            _check_element(element)
+        for mass in self.masses:
+            number("mass", mass, above=0)
+        number("cutoff", self.cutoff, above=0)
         number("guess", self.guess, least=0)
         for key in ("comment", "name"):
             if not isinstance(text := getattr(self, key), str) or not text.isprintable():
@@ -150,8 +153,8 @@ class EmbeddedAtom(BondlessPotential):
             If the file cannot be read, has another format, or lacks the element.
         """
         path = file_name("path", path)
-        wanted = (element,) if isinstance(element, str) else element
-        for name in () if wanted is None else wanted:
+        wanted = element if element is None or isinstance(element, list | tuple) else (element,)
+        for name in () if wanted is None else wanted or (wanted,):
             _check_element(name)
         content = content_of(path)
         try:
@@ -169,7 +172,7 @@ class EmbeddedAtom(BondlessPotential):
             given = f"the element {lacking[0]!r} is not among them" if lacking else "no element was named"
             raise PotentialError(f"{path} holds the elements {', '.join(table.elements)}: {given}")
         first, *others = wanted
-        mass, volume = table.elements[first]
+        mass, volume = table.elements[first][0], sum(table.elements[each][1] for each in wanted) / len(wanted)
         name = "".join(c for c in path.name if c.isprintable())
         alloyed = tuple((other, table.elements[other][0]) for other in others)
         return cls(table.style, first, mass, table.cutoff, volume, table.comment, name, content, alloyed)

@@ -9,9 +9,12 @@ import tomllib
 from dataclasses import dataclass
 from importlib import resources
 
+import numpy as np
+
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
+from atomistic.crystal.faces import cell_of
 from atomistic.ladder.comparison import paths_of
 from atomistic.lammps.shape import has_formula
 from atomistic.relax.specimen import BYTES, BYTES_PER_ATOM
@@ -40,6 +43,16 @@ def _atoms(points: tuple[int, int], depth: float, reach: int) -> int:
     return points[0] * points[1] * Slab.of_depth(Grid.square(8), depth, reach).layers
 
 
+def _atoms_below(config: DeckConfig) -> int:
+    """Of another crystal than fcc(100), whose a0 follows from the volume that its potential names."""
+    table = config.crystal
+    if table.given is not None:
+        return len(table.given)
+    cell, potential = cell_of(table.lattice, table.face), config.interatomic.potential()
+    reach = potential.force_range / np.cbrt((potential.guess or potential.cutoff**3 / 8) / cell.volume)
+    return cell.slab(config.grid.lengths, config.slab.depth, float(reach), table.skin).size
+
+
 def cost_of_validation(config: ValidateConfig) -> AtomsCost:
     """Cost of ``atomistic validate``."""
     seen = _SEEN[config.interatomic.kind]
@@ -60,7 +73,7 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
     """Cost of running the deck of ``atomistic deck`` in LAMMPS."""
     seen = _SEEN[config.interatomic.kind]
     points = config.grid.shape
-    atoms = _atoms(points, config.slab.depth, seen["layers"])
+    atoms = _atoms(points, config.slab.depth, seen["layers"]) if config.crystal.own else _atoms_below(config)
     steps = config.steps()
     if steps.motion is not None:
         durations = steps.motion.windows[-1]
