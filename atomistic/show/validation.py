@@ -96,7 +96,9 @@ def budget_sheet(config: ValidateConfig, archive: Archive) -> Sheet:
     # The total last, after the parts of the nonlinearity.
     left_out = set(STEPS) - set(_steps_of(config))
     steps = [step for step in costs[0].load if step != "total" and step not in left_out] + ["total"]
-    rows = [(cost.case, cost.lambda_s, cost.rms_slope, *(cost.load[step] for step in steps)) for cost in costs]
+    rows: list[tuple[Entry, ...]] = [
+        (cost.case, cost.lambda_s, cost.rms_slope, *(cost.load[step] for step in steps)) for cost in costs
+    ]
     first = costs[0]
     notes = [
         f"Read: with lambda_s = {first.lambda_s:g} a0 and h'rms = {first.rms_slope:g} ({first.case}) the load of the "

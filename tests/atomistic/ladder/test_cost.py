@@ -70,6 +70,9 @@ def test_check_says_what_it_costs_and_what_it_is_for(capsys: pytest.CaptureFixtu
         out = capsys.readouterr().out
         assert words in out
         assert "core-seconds" in out
+        assert path != "inputs/validate/quick.toml" or re.search(
+            r"work of adhesion, strong-adhesion +0\.005 E\* a0", out
+        )
     assert main(["check", "nope.toml"]) == 2
 
 

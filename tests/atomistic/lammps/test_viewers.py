@@ -161,6 +161,8 @@ def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path, monke
     real = run.description.real_units
     text = run.sheets()[-1].text()
     assert ("nN" in text and "GPa" in text) == (real is not None)
+    assert "work of adhesion of the law" in text
+    assert ("J/m²" in text) == (real is not None)
     if real is not None:
         # E* a0² of copper: 135 GPa x (2.556 Å)² = 8.8 nN.
         assert real.si("force") == pytest.approx(8.8e-9, rel=0.02)

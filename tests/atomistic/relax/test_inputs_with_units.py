@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,9 @@ def test_what_is_told_in_both_units_is_the_same(silver: Units) -> None:
     assert told["protocol.velocity"] == "0.01 (E* a0³/m)^(1/2) = 37.44 m/s"
     assert told["protocol.window"] == "20 a0 (m/(E* a0³))^(1/2) = 1.545 ps"
     assert told["protocol.temperature"].endswith("E* a0³ = 300 K")
+    # w = l_a E*: 0.005 x 2.892e-10 m x 103.8e9 Pa.
+    told = dict(in_both({"wall": {"adhesion_length": 0.005}}, silver))
+    assert told["wall.adhesion_length"] == "0.005 a0 = 1.446 pm; w = 150.1 mJ/m²"
 
 
 def test_an_input_with_units_is_the_one_without(tmp_path: Path, silver: Units, expanded: float) -> None:
@@ -105,6 +109,8 @@ def test_check_says_numbers_in_both_units(
     out, warm = capsys.readouterr().out, Units(silver.a0 * expanded, silver.contact_modulus, silver.mass)
     assert f"{37 / warm.si('velocity'):.4g} (E* a0³/m)^(1/2) = 37 m/s" in out
     assert f"20 a0 (m/(E* a0³))^(1/2) = {20 * warm.si('time') / 1e-12:.4g} ps" in out
+    # Of every law, whether or not the input names its work.
+    assert re.search(r"work of adhesion +[\d.e-]+ E\* a0 = [\d.]+ m?J/m²", out)
     # k_B T as a number counts in E* a0³ of the crystal at rest.
     assert f"0.002 E* a0³ = {0.002 * silver.si('temperature'):.4g} K" in out
 
