@@ -116,7 +116,7 @@ class Sheet:
         """
         head, cells = self.head, self.cells
         lines = [list(column) for column in zip(*cells, strict=True)] or [[] for _ in head]
-        heads = [max(map(len, name.split()), default=1) for name in head]
+        heads = [max(map(len, _apart(name).split()), default=1) for name in head]
         words_of = [
             max(map(len, column if self.numeric(i) else " ".join(column).split()), default=1)
             for i, column in enumerate(lines)
@@ -127,14 +127,10 @@ class Sheet:
         for least in (whole, [max(a, b) for a, b in zip(heads, words_of, strict=True)]):
             while sum(widths) + 2 * (len(head) - 1) > width and any(a > b for a, b in zip(widths, least, strict=True)):
                 widths[max(range(len(head)), key=lambda i: (widths[i] > least[i], widths[i]))] -= 1
+        names = [name if len(name) <= wide else _apart(name) for name, wide in zip(head, widths, strict=True)]
         return [
-            [
-                textwrap.wrap(cell, max(wide, 1), break_long_words=False, break_on_hyphens=False)
-                if len(cell) > wide
-                else [cell]
-                for cell, wide in zip(row, widths, strict=True)
-            ]
-            for row in (head, *cells)
+            [_wrapped(cell, wide) if len(cell) > wide else [cell] for cell, wide in zip(row, widths, strict=True)]
+            for row in (names, *cells)
         ]
 
     def text(self, width: int = WIDEST) -> str:
@@ -150,16 +146,12 @@ class Sheet:
             for row in rows
             for line in zip_longest(*row, fillvalue="")
         ]
-        title = textwrap.wrap(self.title, width, break_long_words=False, break_on_hyphens=False) or [self.title]
+        title = _wrapped(self.title, width) or [self.title]
         return "\n".join([*title, *lines, *self.notes(width)])
 
     def notes(self, width: int = WIDEST) -> list[str]:
         """The explanation in lines of this width."""
-        return [
-            line
-            for one in self.note.splitlines()
-            for line in textwrap.wrap(one, width, break_long_words=False, break_on_hyphens=False) or [""]
-        ]
+        return [line for one in self.note.splitlines() for line in _wrapped(one, width) or [""]]
 
     def markdown(self) -> str:
         """A table of Markdown, without the title."""
@@ -193,6 +185,16 @@ class Sheet:
     def _repr_html_(self) -> str:
         note = f"<p>{html.escape(self.note)}</p>" if self.note else ""
         return f"<b>{html.escape(self.title)}</b>{self.html()}{note}"
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """Lines of at most this width, of whole words."""
+    return textwrap.wrap(text, max(width, 1), break_long_words=False, break_on_hyphens=False)
+
+
+def _apart(name: str) -> str:
+    """A head that may be broken after the dots of a key of an input, as surface.rms_slope, too."""
+    return name if " " in name else name.replace(".", ". ")
 
 
 def _inert(cell: Entry) -> Entry:

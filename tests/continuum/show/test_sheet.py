@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 
 from continuum.path.state import Event, JumpSide
 from continuum.runs.record import PathEvent
 from continuum.runs.result import Result
 from continuum.sheet import WIDEST, Column, Sheet, pairs
+from continuum.show.console import show
 from continuum.show.page import Page
 from continuum.show.plot import new_figure, save_figure
 
@@ -66,7 +68,8 @@ def test_text_is_broken_between_words_to_fit_and_numbers_are_not(
     assert sheet.text(10_000).count("\n") == len(rows) + 2
 
 
-def test_points_of_a_path_and_its_jumps_fit_with_their_longest_numbers() -> None:
+def test_points_of_a_path_and_its_jumps_fit_with_their_longest_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a pipe, and on a terminal of 120 columns, where no number is broken."""
     ends = JumpSide(0.0123456789, -0.0123456, -0.0123456, 1.2345e-5, 1.2345e-5, -1.23456e-3)
     point = SimpleNamespace(
         branch="retract", mean_gap=-0.0123456, separation=-0.0123456, area_rep=1.2345e-5, area_att=1.2345e-5,
@@ -77,6 +80,13 @@ def test_points_of_a_path_and_its_jumps_fit_with_their_longest_numbers() -> None
     run = SimpleNamespace(points=[point] * 101, resumed=100, events=[event], _not_looked_at=lambda: [True] * 101)
     for sheet in Result.sheets(run):  # type: ignore[arg-type]
         assert max(map(len, sheet.text().splitlines())) <= WIDEST
+        seen = io.StringIO()
+        terminal = Console(force_terminal=True, color_system=None, width=WIDEST, file=seen)
+        monkeypatch.setattr("continuum.show.console._console", terminal)
+        show(sheet)
+        assert max(map(len, seen.getvalue().splitlines())) <= WIDEST
+        numbers = {cell for row in sheet.cells for i, cell in enumerate(row) if sheet.numeric(i)}
+        assert numbers <= set(seen.getvalue().split())
 
 
 def test_a_row_of_another_length_is_refused() -> None:
