@@ -1,6 +1,6 @@
 """Friction under one normal load by walls of formulas, of the plugin, and of atoms, over the same rough map.
 
-``python -m docs.studies.friction_of_walls`` prints the table of docs/decks.md.  Springs under a self-affine map, with
+``python -m docs.studies.friction_of_walls`` prints the table of docs/studies/friction_of_walls.md.  Springs under a self-affine map, with
 two seeds of the thermal motion.  The means are over whole periods of the lattice, each of so many windows that the
 lateral force is also known as a function of where the wall stands above the sites: its registry.  Expected, before
 the first run: formulas and plugin make one force to rounding, so that their means differ by their thermal errors alone,
