@@ -247,7 +247,7 @@ def test_every_input_loads_and_says_what_it_is_for(path: Path) -> None:
 
 
 def quiet_pair(cost: Cost) -> float:
-    """Seconds for a pair of transforms of a grid on a quiet core: those of 4096 x 4096 take 0.16 (docs/sweeps.md)."""
+    """Seconds for a pair of transforms of a grid on a quiet core: 0.16 at 4096 x 4096 (docs/studies/sweeps.md)."""
     return float(0.16 * cost.size * np.log(cost.size) / (4096**2 * np.log(4096**2)))
 
 

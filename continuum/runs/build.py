@@ -18,7 +18,7 @@ from continuum.solve.solution import Settings
 from continuum.tables import Fault, Key, Table
 
 _Made = TypeVar("_Made")
-_STEP = 0.1  # part of the range; steps of a fifth moved 2 of 20 states by up to a third (docs/paths.md)
+_STEP = 0.1  # part of the range; steps of a fifth moved 2 of 20 states by up to a third (docs/studies/paths.md)
 
 
 @dataclass(frozen=True, eq=False)

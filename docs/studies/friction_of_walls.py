@@ -1,12 +1,12 @@
 """Friction under one normal load by walls of formulas, of the plugin, and of atoms, over the same rough map.
 
-``python -m docs.studies.friction_of_walls`` prints the table of docs/decks.md.  Springs under a self-affine map, with
-two seeds of the thermal motion.  The means are over whole periods of the lattice, each of so many windows that the
-lateral force is also known as a function of where the wall stands above the sites: its registry.  Expected, before
-the first run: formulas and plugin make one force to rounding, so that their means differ by their thermal errors alone,
-three standard errors at most; on both nothing but the map tells one period from the next.  Atoms of the wall see those
-of the surface: in a crystal of the same rows, bent along the map, the lateral force comes and goes with each period; in
-one of 17 rows over 16 the forces of its atoms cancel.
+``python -m docs.studies.friction_of_walls`` prints the table of docs/studies/friction_of_walls.md.  Springs under a
+self-affine map, with two seeds of the thermal motion.  The means are over whole periods of the lattice, each of so
+many windows that the lateral force is also known as a function of where the wall stands above the sites: its registry.
+Expected, before the first run: formulas and plugin make one force to rounding, so that their means differ by their
+thermal errors alone, three standard errors at most; on both nothing but the map tells one period from the next.  Atoms
+of the wall see those of the surface: in a crystal of the same rows, bent along the map, the lateral force comes and
+goes with each period; in one of 17 rows over 16 the forces of its atoms cancel.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """A sphere above silver and copper at 300 K: load of the atoms against that of their quasi-harmonic lattice response.
 
-``python -m docs.studies.warm_sphere`` prints the table of docs/decks.md.  Of the quasi-harmonic theory the mean
-traction on a site is that of the wall averaged over the site's thermal motion up and down, a Gaussian of variance
-k_B T G_zz(0), with G of the lattice at rest; the mean displacement is the linear response to it.  Cell, base and the
-surface from which separations count are those at 300 K, as the deck has them.  Expected, before the first run: the same
-load within two standard errors, as elastic constants that soften by some percent change it by less.
+``python -m docs.studies.warm_sphere`` prints the table of docs/studies/warm_sphere.md.  Of the quasi-harmonic theory
+the mean traction on a site is that of the wall averaged over the site's thermal motion up and down, a Gaussian of
+variance k_B T G_zz(0), with G of the lattice at rest; the mean displacement is the linear response to it.  Cell, base
+and the surface from which separations count are those at 300 K, as the deck has them.  Expected, before the first run:
+the same load within two standard errors, as elastic constants that soften by some percent change it by less.
 """
 
 from __future__ import annotations
