@@ -27,6 +27,7 @@ from continuum.measure.outline import outline
 from continuum.model.grid import Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
+from continuum.paper.figures import FIGURES
 from continuum.runs import cost
 from continuum.tables import LARGEST_N
 from docs.studies.map_of_the_tutorial import HEAD, MAP, heights
@@ -320,3 +321,25 @@ def test_the_same_contact_in_three_codes(tmp_path: Path) -> None:
     for peer in ("tamaas", "ContactMechanics"):
         pytest.importorskip(peer, reason="needs the extra `bench`")
     follow("docs/peers.md", Told({}, ("traction.npy",), may_warn=True), tmp_path)
+
+
+def test_the_gallery_is_ten_examples_of_one_screen_each() -> None:
+    gallery = sorted((ROOT / "docs" / "gallery").glob("*.py"))
+    assert [path.stem[:7] for path in gallery] == [f"plot_{i:02}" for i in range(1, 11)]
+    assert {path.stem: n for path in gallery if (n := len(path.read_text().splitlines())) > 48} == {}
+
+
+def test_every_picture_stands_on_a_page() -> None:
+    shown = {
+        ((ROOT / page).parent / target).resolve()
+        for page, text in PAGES.items()
+        for target in re.findall(r"\]\(([^)#:]*\.(?:png|svg))\)", text)
+    }
+    assert set((ROOT / "docs").rglob("*.png")) - shown - set((ROOT / "docs" / "reference").rglob("*.png")) == set()
+
+
+def test_the_page_of_all_sweeps_shows_no_quantity_more_than_twice() -> None:
+    stems = re.findall(r"\]\(paper-([\w-]+)\.png\)", PAGES["docs/measured/paper.md"])
+    names = [max((name for name in FIGURES if stem.endswith(f"-{name}")), key=len) for stem in stems]
+    assert len(set(names)) > 8
+    assert max(map(names.count, names)) <= 2

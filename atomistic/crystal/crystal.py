@@ -44,7 +44,7 @@ class AnySlab:
     ids: NDArray[np.int64]
     """Number of each atom in LAMMPS, from 1."""
     positions: Real
-    """Sites, shape (*ids.shape, 3), in a0."""
+    """Sites, shape ``(*ids.shape, 3)``, in a0."""
     types: NDArray[np.int64]
     """Which element each atom is, from 0, shape (size,)."""
     grid: Grid
@@ -345,7 +345,7 @@ def chemical_symbol(number: int) -> str:
 
 
 def distortion(slab: AnySlab, displacements: Real) -> float:
-    """Largest displacement of an atom relative to a nearest neighbour, of displacements (*ids.shape, 3), in a0.
+    """Largest displacement of an atom relative to a nearest neighbour, of displacements ``(*ids.shape, 3)``, in a0.
 
     It bounds the strain of the springs, and detects a crystal that is turned inside out: springs do not depend on
     direction, so that a layer pushed through the next is at rest again.
@@ -362,7 +362,7 @@ def slipped(slab: AnySlab, displacements: Real) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    displacements : displacements of all atoms, shape (*ids.shape, 3), in a0.
+    displacements : displacements of all atoms, shape ``(*ids.shape, 3)``, in a0.
     """
     u, lost = displacements.reshape(-1, 3), np.zeros(slab.size, np.bool_)
     for i, j, site in slab.neighbours():

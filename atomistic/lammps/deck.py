@@ -73,7 +73,7 @@ class Deck:
     heights : heights of the wall above each surface atom, shape ``slab.shape``, in a0.
     wall_map : heights at the points of ``slab.grid``, in a0, where the surface atoms are not these points; else None.
     separation : height of the wall's zero above the surface at rest, in a0; with a protocol, that of its first step.
-    displacements : displacements to start from, shape (*slab.ids.shape, 3), in a0; the slab at rest if None.
+    displacements : displacements to start from, shape ``(*slab.ids.shape, 3)``, in a0; the slab at rest if None.
     tolerance : largest force left on a mobile atom, in E* a0².
     evaluations : largest number of force evaluations of each minimiser.
     wall_tolerance : tolerance of the tractions of a tabulated wall, relative to its largest tension, or to the
@@ -209,13 +209,13 @@ class Deck:
 
     @property
     def start(self) -> Real:
-        """Displacements to start from, shape (*slab.ids.shape, 3), in a0."""
+        """Displacements to start from, shape ``(*slab.ids.shape, 3)``, in a0."""
         assert self.displacements is not None
         return self.displacements
 
     @property
     def rest(self) -> Real:
-        """Positions of the atoms at rest without a wall, shape (*slab.ids.shape, 3), in a0."""
+        """Positions of the atoms at rest without a wall, shape ``(*slab.ids.shape, 3)``, in a0."""
         assert self.rise is not None
         at = self.slab.positions.copy()
         at[..., 2] += self.rise.reshape(-1, *(at.ndim - 2) * (1,))

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import scipy
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from pandas import DataFrame, Series
 
 from continuum.files import output
@@ -215,39 +216,62 @@ def dispute_sheets(thresholds: DataFrame) -> tuple[Sheet, Sheet]:
     )
 
 
-@plot.styled
+def crossover_table(thresholds: DataFrame) -> DataFrame:
+    """The numbers of the figure: of each range, law, H and λ_s the mean over surfaces, its scatter, and the theories.
+
+    ``enough to lambda_s (a0)`` is the longest wave of which 1 % of the map has ten squares.
+    """
+    rows = []
+    for (reach, peak, hurst, law, cut), group in thresholds.groupby(["range", "peak", "hurst", "law", "lambda_s"]):
+        logs = np.log(group.work.to_numpy())
+        rows.append((
+            reach, peak, law, hurst, float(cut), (group.lambda_s * np.sqrt(group.squares / ENOUGH)).max(), len(group),
+            np.exp(logs.mean()), np.exp(logs.std(ddof=1)) if len(group) > 1 else 1.0,
+            *(np.exp((logs - np.log(theory.margins(group).to_numpy())).mean()) for theory in THEORIES),
+        ))  # fmt: skip
+    head = ("range/h_rms", "reversed at (h_rms)", "law", "H", "lambda_s (a0)", "enough to lambda_s (a0)", "surfaces",
+            "l_a lambda_L/h_rms^2", "scatter (factor)", *(theory.name for theory in THEORIES))  # fmt: skip
+    return DataFrame(rows, columns=head)
+
+
 def draw_crossovers(thresholds: DataFrame, title: str) -> Drawing:
+    """The work at the crossover against λ_s, with the numbers drawn."""
+    numbers = crossover_table(thresholds)
+    caption = f"{title}: means over surfaces, bars their scatter; lines are the theories on the same surfaces."
+    sheet = Sheet.of(title, list(numbers), numbers.itertuples(index=False, name=None))
+    return Drawing(draw_crossover_table(numbers), sheet, caption)
+
+
+@plot.styled
+def draw_crossover_table(numbers: DataFrame) -> Figure:
     """Draw the work at the crossover against λ_s: means over surfaces with scatter, and a line for each theory."""
-    rows = sorted(set(zip(thresholds["range"], thresholds.peak, strict=True)))
-    columns = sorted(set(thresholds.hurst))
+    rows = list(numbers.groupby(["range/h_rms", "reversed at (h_rms)"], dropna=False))
+    columns = sorted(set(numbers.H))
     width, height = (plot.PAGE, 0.9) if len(columns) > 1 else (plot.COLUMN, 1.7)
     size = width, 1.75 * len(rows) + height, len(rows), len(columns)
     figure, axes = plot.new_axes(*size, sharex=True, sharey="row", squeeze=False)
-    body, titles = [], []
-    for i, (reach, peak) in enumerate(rows):
-        for axis, hurst in zip(axes[i], columns, strict=True):
-            mine = thresholds[(thresholds.hurst == hurst) & (thresholds["range"] == reach) & (thresholds.peak == peak)]
-            for law, same in mine.groupby("law"):
-                body += [(reach, law, hurst, *row) for row in _draw_panel(axis, same, law)]
-            reversed_at = rf"{chr(10)}back at {peak} $h_\mathrm{{rms}}$" if peak else ""
+    titles = []
+    for line, ((reach, peak), row) in zip(axes, rows, strict=True):
+        for axis, hurst in zip(line, columns, strict=True):
+            for law, same in row[row["H"] == hurst].groupby("law"):
+                _draw_panel(axis, same, law)
+            # Of a table that was read it is a number.
+            reversed_at = rf"{chr(10)}back at {float(peak):g} $h_\mathrm{{rms}}$" if peak and peak == peak else ""
             gap = ", " if len(columns) <= _WIDE else "\n"
             titles.append(rf"$H = {hurst:g}${gap}$\Delta r = {reach:g}\,h_\mathrm{{rms}}${reversed_at}")
             axis.set(xscale="log", yscale="log")
-        axes[i][0].set_ylabel(r"$\ell_a\lambda_L/h_\mathrm{rms}^2$ at the threshold")
-    _finish(axes, thresholds)
+        line[0].set_ylabel(r"$\ell_a\lambda_L/h_\mathrm{rms}^2$ at the threshold")
     plot.log_ticks(*axes.flat)
+    _finish(axes, numbers)
     plot.letter_panels(axes.flat, titles)
     plot.legend_below(figure, plot.labelled(*axes.flat))
-    head = ("range/h_rms", "law", "H", "lambda_s (a0)", "surfaces", "l_a lambda_L/h_rms^2", "scatter (factor)",
-            *(theory.name for theory in THEORIES))  # fmt: skip
-    caption = f"{title}: means over surfaces, bars their scatter; lines are the theories on the same surfaces."
-    return Drawing(figure, Sheet.of(title, head, body), caption)
+    return figure
 
 
-def _finish(axes: np.ndarray, thresholds: DataFrame) -> None:
+def _finish(axes: np.ndarray, numbers: DataFrame) -> None:
     """Ticks, the legend's entries, and a shade where there are few contacts."""
-    cuts = sorted(set(thresholds.lambda_s))
-    few = (thresholds.lambda_s * np.sqrt(thresholds.squares / ENOUGH)).max()
+    cuts = sorted(set(numbers["lambda_s (a0)"]))
+    few = numbers["enough to lambda_s (a0)"].max()
     shaded = []
     for axis in axes.flat if few < cuts[-1] else ():
         left, right = axis.get_xlim()
@@ -259,29 +283,24 @@ def _finish(axes: np.ndarray, thresholds: DataFrame) -> None:
         axis.set_xlabel(r"$\lambda_s$ ($a_0$)")
     for theory in THEORIES:
         axes[0][0].plot([], [], color=theory.colour, label=theory.name)
-    for law in sorted(set(thresholds.law)):
+    for law in sorted(set(numbers.law)):
         axes[0][0].plot([], [], _MARKS[law], color="0.2", markerfacecolor="0.2" if law == "spline" else "none",
                         label=f"computed, {law} law")  # fmt: skip
     for span in shaded[:1]:
         span.set_label(rf"fewer than {ENOUGH:g} $\lambda_s^2$ in 1 % of the map")
 
 
-def _draw_panel(axis: Axes, thresholds: DataFrame, law: str) -> list[tuple[float, ...]]:
-    """One law in one panel; returns λ_s, number of surfaces, mean, scatter and the theories' works of each λ_s."""
-    groups = list(thresholds.groupby("lambda_s"))
-    logs = [np.log(group.work.to_numpy()) for _, group in groups]
-    cuts, mean = np.array([float(cut) for cut, _ in groups]), np.exp([each.mean() for each in logs])
-    scatter = np.array([np.exp(each.std(ddof=1)) if each.size > 1 else 1.0 for each in logs])
+def _draw_panel(axis: Axes, numbers: DataFrame, law: str) -> None:
+    """One law in one panel."""
+    cuts, mean, scatter = (
+        numbers[name].to_numpy() for name in ("lambda_s (a0)", "l_a lambda_L/h_rms^2", "scatter (factor)")
+    )
     axis.errorbar(
         cuts, mean, yerr=(mean - mean / scatter, mean * scatter - mean), fmt=_MARKS[law], color="0.2", capsize=2,
         markerfacecolor="0.2" if law == "spline" else "none", elinewidth=0.7, markersize=3.5,
     )  # fmt: skip
-    lines = []
     for theory in THEORIES:
-        said = [np.log((group.work / theory.margins(group)).to_numpy()) for _, group in groups]
-        lines.append(np.array([np.exp(np.mean(each)) for each in said]))
-        axis.plot(cuts, lines[-1], "-" if law == "spline" else "--", color=theory.colour, linewidth=1)
-    return list(zip(cuts, map(len, logs), mean, scatter, *lines, strict=True))
+        axis.plot(cuts, numbers[theory.name], "-" if law == "spline" else "--", color=theory.colour, linewidth=1)
 
 
 def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[Path]:

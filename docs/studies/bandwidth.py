@@ -146,13 +146,18 @@ def limits(found: DataFrame, column: str = "kappa_rep", cut: float = 8.0) -> Ite
             )
 
 
+def _shown(wall: str) -> str:
+    return wall.replace("hard", "hard wall").replace("lennard-jones-spline, l_a", r"$\ell_a/a_0$")
+
+
 @plot.styled
 def draw(found: DataFrame) -> Figure:
     """κ_rep, A_rep/A_att and d_rep over what the paper says of them, against the bandwidth."""
     figure, axes = plot.new_axes(plot.PAGE, 2.7, 1, 3)
     drawn = found[found.surfaces >= 3]
-    panels = (("kappa_rep", r"$\kappa_{rep}$", 2.0), ("ratio", r"$A_{rep}/A_{att}$ over Eq. (4)", 1.0),
-              ("diameter_ratio", r"$d_{rep}$ over $4h'/h''$", 1.0))  # fmt: skip
+    panels = (("kappa_rep", r"$\kappa_\mathrm{rep}$", 2.0),
+              ("ratio", r"$A_\mathrm{rep}/A_\mathrm{att}$ over Eq. (4)", 1.0),
+              ("diameter_ratio", r"$d_\mathrm{rep}$ over $4h'_\mathrm{rms}/h''_\mathrm{rms}$", 1.0))  # fmt: skip
     walls = sorted(set(drawn.wall))
     for axis, (column, label, paper) in zip(axes, panels, strict=True):
         axis.axhline(paper, color="0.6", linewidth=0.8, label="paper")
@@ -163,7 +168,7 @@ def draw(found: DataFrame) -> Figure:
             style = {8: "o-", 16: "s--"}.get(int(cut), "^:")
             axis.errorbar(path.width, path[column], path[f"{column}_error"], fmt=style,
                           color=colour, markerfacecolor=colour if cut == 8 else "white", capsize=2,
-                          label=f"{wall.replace('lennard-jones-spline, l_a', 'l_a')}; λ_s = {cut:g}")  # fmt: skip
+                          label=rf"{_shown(wall)}, $\lambda_s/a_0$ = {cut:g}")  # fmt: skip
         axis.set(xscale="log", xlabel=r"$\lambda_L/\lambda_s$", ylabel=label)
         axis.set_xticks([16, 32, 64, 128, 256], ["16", "32", "64", "128", "256"])
         axis.minorticks_off()

@@ -325,7 +325,7 @@ def figure(rows: DataFrame) -> Figure:
         for i, (hurst, part) in enumerate(shown[shown["shape"] == shape].groupby("hurst")):
             shift = 1 + 0.04 * (i - 2)  # points of one range beside one another
             left.plot(part.delta * shift, part.over_energy, mark, ms=3, alpha=0.6, color=f"C{i}",
-                      label=f"H = {hurst:g}" if shape == "spline" else None)  # fmt: skip
+                      label=rf"$H$ = {hurst:g}" if shape == "spline" else None)  # fmt: skip
     atoms = read_csv(MEASURED / "threshold-atoms.csv").query("rung == 'atoms'")
     reach = np.full(len(atoms), RANGE)
     left.plot(reach, atoms.over_energy, "k*", ms=7, mfc="w", mew=0.8, label=f"atoms, {AREA:.0%} of area")
@@ -339,8 +339,10 @@ def figure(rows: DataFrame) -> Figure:
         found = by_moment(part)
         right.plot(list(found), list(found.values()), "o-", color=f"C{i}", ms=8 - 2 * i, label=f"{area:.0%} of {n}²")
     right.set(xlabel=r"moment $p$ of $\Sigma\, q^p |h_q|^2$", ylabel="scatter of $w$ over it, a factor")
+    right.margins(0.12, 0.2)
     measures = right.secondary_xaxis("top")
     measures.set_xticks((0, 1, 2, 4), ("height", "energy", "slope", "curvature"))
+    measures.tick_params(direction="in", pad=-12)
     plot.letter_panels((left, right))
     for axis in (left, right):
         plot.legend_under(axis, 0.48)

@@ -11,17 +11,22 @@ from pathlib import Path
 
 from pandas import read_csv
 
+from continuum.paper.dispute import draw_crossover_table
 from continuum.paper.figures import FIGURES
 from continuum.show import plot
 
 
 def redrawn(table: Path) -> bool:
-    """Draw the figure of a table, paper-SWEEP-FIGURE.csv; False if it cannot be drawn from that."""
+    """Draw the figure of a table, paper-SWEEP-FIGURE.csv or dispute-WHAT.csv; False if it cannot be drawn from that."""
     names = [name for name in FIGURES if table.stem.endswith(f"-{name}") and not FIGURES[name].whole]
-    if not names:
+    if table.stem.startswith("dispute-"):
+        draw = draw_crossover_table
+    elif names:
+        draw = plot.styled(FIGURES[max(names, key=len)].draw)
+    else:
         return False
     try:
-        figure = plot.styled(FIGURES[max(names, key=len)].draw)(read_csv(table))
+        figure = draw(read_csv(table))
     except KeyError:  # the figure shows other columns since
         return False
     with plot.written_as(["png"]):
@@ -32,7 +37,8 @@ def redrawn(table: Path) -> bool:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
-    for table in sorted(parser.parse_args().folder.glob("paper-*.csv")):
+    folder = parser.parse_args().folder
+    for table in sorted([*folder.glob("paper-*.csv"), *folder.glob("dispute-*.csv")]):
         sys.stdout.write(f"{table.stem}: {'drawn' if redrawn(table) else 'left'}\n")
 
 

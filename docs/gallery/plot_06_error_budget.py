@@ -26,4 +26,6 @@ loads = [one.press(mean_gap=atoms.mean_gap).require().load for one in contacts] 
 figure, axis = plt.subplots()
 axis.barh(["depth", "anisotropy", "discreteness", "nonlinearity"], 100 * np.abs(np.diff(loads)) / atoms.load_rep)
 axis.invert_yaxis()
-axis.set(xlabel=r"difference of the load (% of $N_{rep}$)", title=f"at $A_{{rep}}/A_0$ = {atoms.area_rep:.2f}")
+axis.set(
+    xlabel=r"difference of the load (% of $N_\mathrm{rep}$)", title=rf"at $A_\mathrm{{rep}}/A_0$ = {atoms.area_rep:.2f}"
+)

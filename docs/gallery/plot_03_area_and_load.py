@@ -20,6 +20,6 @@ for length, marker in ((0.0, "o"), (0.0005, "s"), (0.002, "^"), (0.005, "v")):
     area = [state.area_rep for state in states]
     axis.plot(load, area, marker + "-", mfc="none", label=rf"$\ell_a$ = {length:g} $a_0$")
 axis.axvline(0, color="0.7", linewidth=0.6, zorder=0)
-axis.set(xlabel=r"load $N/(h'_{rms}E^*A_0)$", ylabel="repulsive area $A_{rep}/A_0$", ylim=(0, None))
+axis.set(xlabel=r"load $N/(h'_\mathrm{rms}E^*A_0)$", ylabel=r"repulsive area $A_\mathrm{rep}/A_0$", ylim=(0, None))
 axis.locator_params(axis="x", nbins=6)
 axis.legend()
