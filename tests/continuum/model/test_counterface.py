@@ -32,7 +32,7 @@ def config(tmp_path: Path, *changes: tuple[str, str]) -> RunConfig:
 
 def test_the_input_is_the_contact_of_both_bodies(tmp_path: Path) -> None:
     found = build(config(tmp_path))
-    grid = found.grid
+    grid = found.problem.grid
     one, other = (c.SelfAffine(0.8, 0.1, 8, 32).synthesise(grid, np.random.default_rng(seed)) for seed in (1, 2))
     same = c.Contact(one, found.problem.wall).against(other, shift=(3.5, 0.0), angle=90)
     np.testing.assert_array_equal(found.problem.heights, same.problem.heights)
@@ -41,14 +41,16 @@ def test_the_input_is_the_contact_of_both_bodies(tmp_path: Path) -> None:
 def test_a_second_body_of_which_no_more_is_said_is_neither_moved_nor_turned(tmp_path: Path) -> None:
     lines = [line for line in TEXT.splitlines() if line.split(" =")[0] in ("shift", "angle")]
     found = build(config(tmp_path, *((line, "") for line in lines)))
-    one, other = (c.SelfAffine(0.8, 0.1, 8, 32).synthesise(found.grid, np.random.default_rng(s)) for s in (1, 2))
+    one, other = (
+        c.SelfAffine(0.8, 0.1, 8, 32).synthesise(found.problem.grid, np.random.default_rng(s)) for s in (1, 2)
+    )
     np.testing.assert_allclose(found.problem.heights, one - other, rtol=0, atol=1e-15)
 
 
 def test_expected_moments_add_up_as_squares(tmp_path: Path) -> None:
     found = build(config(tmp_path))
     assert found.expected is not None
-    grid = found.grid
+    grid = found.problem.grid
     alone = c.SelfAffine(0.8, 0.1, 8, 32).expected_moments(grid)
     np.testing.assert_allclose(found.expected, np.sqrt(2) * np.array(alone), rtol=1e-12)
     # Each has its slope exactly: what is left is their correlation, of mean zero.
