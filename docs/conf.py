@@ -9,8 +9,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
+from latex2mathml.converter import convert
 from matplotlib import pyplot as plt
 from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator
 
 import continuum
 from atomistic.config.crystal import ElasticConfig
@@ -54,6 +57,7 @@ autodoc_typehints = "description"
 autoclass_content = "class"
 suppress_warnings = ["config.cache"]  # functions in the configuration of the gallery
 html_theme = "furo"
+html_math_renderer = "mathml"
 html_title = "stickiness"
 html_show_copyright = False
 html_static_path = ["_static"]
@@ -156,7 +160,19 @@ def _described(app: Sphinx, what: str, name: str, thing: object, options: object
     lines[:] = "\n".join(lines).split("\n")
 
 
+def _inline(writer: HTML5Translator, node: nodes.math) -> None:
+    """A formula as MathML: browsers set it by themselves, where scripts of elsewhere are not loaded, too."""
+    writer.body.append(convert(node.astext()))
+    raise nodes.SkipNode
+
+
+def _block(writer: HTML5Translator, node: nodes.math_block) -> None:
+    writer.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>\n')
+    raise nodes.SkipNode
+
+
 def setup(app: Sphinx) -> None:
     """Make the reference before the pages are read, and descriptions before the sections of docstrings are."""
+    app.add_html_math_renderer("mathml", inline_renderers=(_inline, None), block_renderers=(_block, None))
     app.connect("builder-inited", _generate)
     app.connect("autodoc-process-docstring", _described, priority=400)

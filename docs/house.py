@@ -16,7 +16,6 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = "continuum", "atomistic"
 MODULES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 DRAWING = Path(__file__).with_name("house.svg")
-SIDE = {"continuum": 0.0, "atomistic": 4.8}
 APART = 1.7
 """Distance of two rooms of one level."""
 COLOURS = {"continuum": "#dbe9f6", "atomistic": "#fde3c8"}
@@ -77,9 +76,7 @@ def places(graph: Rooms) -> dict[str, tuple[float, int]]:
         for package in PACKAGES
         for level in sorted(set(height.values()))
     ]
-    x = {
-        room: SIDE[room.split(".")[0]] + APART * (i - (len(row) - 1) / 2) for row in rows for i, room in enumerate(row)
-    }
+    x = {room: APART * (i - (len(row) - 1) / 2) for row in rows for i, room in enumerate(row)}
     for _ in range(50):
         for row in rows:
             beside = {
@@ -91,7 +88,10 @@ def places(graph: Rooms) -> dict[str, tuple[float, int]]:
             row.sort(key=lambda room: (wanted[room], room))
             middle = float(np.mean(list(wanted.values()))) if row else 0.0
             x |= {room: middle + APART * (i - (len(row) - 1) / 2) for i, room in enumerate(row)}
-    return {room: (x[room], height[room]) for room in graph}
+    # The second package stands to the right of the first on every level.
+    left, right = ([room for room in graph if room.startswith(package)] for package in PACKAGES)
+    aside = max(x[one] + APART - x[room] for one in left for room in right if height[one] == height[room])
+    return {room: (x[room] + (aside if room in right else 0.0), height[room]) for room in graph}
 
 
 def edges(graph: Rooms) -> str:
@@ -103,11 +103,11 @@ def drawn(graph: Rooms) -> Figure:
     """The rooms as boxes, those that import others above them, and the arrows that do not follow from others."""
     shown = reduced(graph)
     place = places(shown)
-    figure = Figure(figsize=(6.2, 9.3), layout="constrained")
+    figure = Figure(figsize=(7.4, 9.0), layout="constrained")
     axes = figure.add_subplot()
     boxes = {
         room: axes.text(
-            *place[room], room.split(".")[1], ha="center", va="center", fontsize=11, zorder=3,
+            *place[room], room.split(".")[1], ha="center", va="center", fontsize=10, zorder=3,
             bbox={"boxstyle": "round,pad=0.2", "facecolor": COLOURS[room.split(".")[0]], "edgecolor": "0.3"},
         )
         for room in shown
@@ -124,7 +124,8 @@ def drawn(graph: Rooms) -> Figure:
     across, up = zip(*place.values(), strict=True)
     axes.set(xlim=(min(across) - 0.6, max(across) + 0.65), ylim=(min(up) - 0.4, max(up) + 1.0))
     for package in PACKAGES:
-        axes.text(SIDE[package], max(up) + 0.7, package, ha="center", fontsize=15, weight="bold")
+        middle = np.mean([at[0] for room, at in place.items() if room.startswith(package)])
+        axes.text(middle, max(up) + 0.7, package, ha="center", fontsize=15, weight="bold")
     axes.axis("off")
     return figure
 

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from docs.house import DRAWING, ROOT, below, edges, levels, reduced, rooms
+from docs.house import APART, DRAWING, ROOT, below, edges, levels, places, reduced, rooms
 
 PAGE = (ROOT / "docs/house.md").read_text(encoding="utf-8")
 WALK = PAGE.partition("## A walk")[2].partition("## The rooms")[0]
@@ -74,3 +74,10 @@ def test_each_name_in_the_walk_that_has_a_module_says_where_it_is() -> None:
     """So that every step can be jumped to: a dotted name stands with its file."""
     named = set(re.findall(r"`(\w+\.\w+)`", WALK))
     assert named - {name for name, _ in re.findall(STEP, WALK)} == {"Contact.press"}
+
+
+def test_no_room_is_drawn_on_another() -> None:
+    shown = reduced(rooms())
+    place = places(shown)
+    assert min(abs(place[one][0] - place[other][0]) for one in shown for other in shown
+               if one < other and place[one][1] == place[other][1]) > APART - 1e-9  # fmt: skip

@@ -142,7 +142,7 @@ class DeckSteps:
     """Heights of the wall at the points of the grid of the slab, in a0: above the lattice sites of fcc(100)."""
     steps: tuple[DeckStep, ...]
     gaps: Real = field(repr=False)
-    """At each surface atom, shape (steps, *slab.shape), in a0."""
+    """At each surface atom, shape ``(steps, *slab.shape)``, in a0."""
     last: DeckResult = field(repr=False)
     slips: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0, 0), np.int64), repr=False)
     """Atoms below each surface atom, itself included, with other nearest neighbours than before, shape as ``gaps``."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pandas import DataFrame, concat
+from pandas import DataFrame, concat, read_csv
 
 from continuum.model.grid import Grid
 from continuum.model.surface import moments
@@ -20,6 +21,7 @@ from continuum.paper.dispute import (
     conformal_energies,
     crossovers,
     dispute_sheets,
+    draw_crossover_table,
     draw_crossovers,
     exponent,
     many_contacts,
@@ -152,6 +154,12 @@ def test_page_and_figures_are_written(tmp_path) -> None:
     drawing = draw_crossovers(crossovers(sweep(THEORIES[0], back=False)), "title")
     assert len(drawing.sheet.rows) == len(CUTS)
     assert faults_in_print(drawing.figure) == []
+    # A stored table has all that the figure shows.
+    again = draw_crossover_table(read_csv(StringIO(drawing.sheet.csv())))
+    (axis,), (before,) = again.axes, drawing.figure.axes
+    assert [tick.get_text() for tick in axis.get_xticklabels()] == [f"{cut:g}" for cut in CUTS]
+    for line, same in zip(axis.lines, before.lines, strict=True):
+        assert np.array_equal(line.get_xydata(), same.get_xydata())
 
 
 def test_exponents_are_told_again_without_the_waves_of_which_few_touch() -> None:
