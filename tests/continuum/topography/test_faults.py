@@ -90,7 +90,7 @@ def test_a_prediction_names_each_fault_by_default(kind: str) -> None:
     told = [one for one in found.faults if one.remedy or one.of_the_heights]
     assert all(any(text in found.sentence for text in (one.kind, one.text)) for one in told)
     assert ("Faulty map: " in found.sentence) is bool(told) or kind in ("slope", "pixel")
-    table = found.sheets()[0].text()
+    table = str(found.sheets()[0].rows)
     assert all(one.text in table for one in found.faults)
 
 
