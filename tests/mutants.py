@@ -140,7 +140,10 @@ def nearest_tests(module: str) -> list[list[str]]:
     """The files of tests that a module has, the nearest first: of its own name, that import it, then of its room."""
     package, room, *_ = module.split("/")
     named = module.removesuffix(".py").replace("/", ".")
-    direct = [name for name, text in imported().items() if f"from {named} import" in text]
+    above, _, stem = named.rpartition(".")
+    # A name of the module, or the module itself, in a line or in parentheses.
+    asks = re.compile(rf"^from (?:{named} import|{above} import (?:\([^)]*|[^\n(]*)\b{stem}\b)", re.MULTILINE)
+    direct = [name for name, text in imported().items() if asks.search(text)]
     beside = [name for name in imported() if name.startswith(f"tests/{package}/{room}/")]
     own = [name for name in beside if Path(name).stem == f"test_{Path(module).stem}"]
     here = [name for name in direct if name in beside]
