@@ -113,6 +113,14 @@ def test_cells_that_are_not_square() -> None:
     np.testing.assert_allclose(rim.chords, np.pi * 70 / 2, rtol=1e-2)
 
 
+def test_the_outline_of_a_rectangle_has_its_edges_in_the_units_of_the_cell() -> None:
+    """Of cells with sides of 0.5 and 2: seven by four of them are 3.5 by 8."""
+    mask = np.zeros((16, 12), dtype=bool)
+    mask[3:10, 2:6] = True
+    found = outline(Grid((16, 12), (8.0, 24.0)), mask)
+    assert found.perimeter("edges") == pytest.approx(np.pi / 4 * 2 * (3.5 + 8.0), rel=1e-14)
+
+
 def test_a_map_must_fit() -> None:
     with pytest.raises(ValueError, match=r"\(3, 4\) does not fit a grid of shape \(4, 4\)"):
         outline(Grid.square(4), np.zeros((3, 4), dtype=bool))
