@@ -334,3 +334,13 @@ def test_the_pull_of_an_attraction_is_that_of_the_law_that_it_is_made_of() -> No
     of_one_range = 24 * law.work_of_adhesion / law.range**2
     assert of_one_range == pytest.approx(2 * law.minimum_stiffness)
     assert table.pull == pytest.approx(of_one_range * (law.range / 0.35) ** 2)
+
+
+@pytest.mark.parametrize("powers", [(9, 3), (12, 6), (7, 2)])
+def test_inverse_powers_are_stationary_where_tension_and_softening_are_largest(powers: tuple[int, int]) -> None:
+    wall = InversePowers(powers, adhesion_length=0.1)
+    gaps = np.linspace(0.8, 3.0, 220_001)
+    found = wall.evaluate(gaps)
+    largest = gaps[[np.argmin(found.traction), np.argmin(found.stiffness)]]
+    # Extrema on a ladder of 1e-5 are known to a step.
+    np.testing.assert_allclose(wall.stationary_gaps, largest, atol=1e-5)
