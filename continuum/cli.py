@@ -27,10 +27,11 @@ figure-s3, a further figure, `verdicts`, `page` (all of these) or `dispute` (mea
 Residual, curvature of the energy, areas and their maps, loads, energies, mean gap and separation are computed from \
 heights and gap with other transforms, sums and derivatives than the solver's, and compared with the stored numbers: \
 for a run, or for a sample of the systems of a sweep.  For a LAMMPS deck use `atomistic read DIR --certify`.""",
-    "predict": """is my surface sticky? every criterion on a measured topography
+    "predict": """is my surface sticky? the threshold of a measured topography
 
-Roughness of a measured topography, or of two that face each other, the verdict of every criterion of stickiness \
-with its margin, and warnings.  Writes figures and a one-page HTML report.  Every quantity has a unit: 70GPa, 50mJ/m2.
+Presses a measured topography, or two that face each other, once without adhesion: the threshold of stickiness with \
+its error, and what would change the answer.  Writes figures and a one-page HTML report, with what theories say beside \
+it.  Every quantity has a unit: 70GPa, 50mJ/m2.
 Example: continuum predict map.npy --size 10um --unit nm --modulus 2MPa --poisson 0.5 --work 50mJ/m2 --range 0.5nm""",
     "view": """show a height map or stored results in a browser, on this machine only
 

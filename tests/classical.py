@@ -66,10 +66,7 @@ class AdhesiveWave:
     work_of_adhesion: float
     contact_modulus: float = 1.0
 
-    @property
-    def full_pressure(self) -> float:
-        """p* = π E* Δ/λ: mean pressure of full contact without adhesion."""
-        return np.pi * self.contact_modulus * self.amplitude / self.wavelength
+    full_pressure = Westergaard.full_pressure
 
     @property
     def alpha(self) -> float:
@@ -99,11 +96,7 @@ class AdhesiveWave:
 
         if left(top) <= 0:
             raise ValueError(f"a wave of alpha = {self.alpha:.3g}, above 1.065, has no stable partial contact")
-        psi = (
-            scipy.optimize.brentq(left, 0.0, top, rtol=1e-13)
-            if first
-            else scipy.optimize.brentq(left, top, np.pi / 2, rtol=1e-13)
-        )
+        psi = scipy.optimize.brentq(left, *((0.0, top) if first else (top, np.pi / 2)), rtol=1e-13)
         return float(psi * self.wavelength / np.pi)
 
     @property

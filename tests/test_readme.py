@@ -79,6 +79,12 @@ def test_every_picture_exists() -> None:
     assert len(README.splitlines()) <= 120, "what is measured stands on the site"
 
 
+def test_what_a_run_prints_is_what_the_first_page_is_seen_to_print() -> None:
+    """tests/test_docs.py follows that page, and compares."""
+    (shown,) = re.findall(r"```text\n(before step.*?)```", README, re.DOTALL)
+    assert set(shown.splitlines()) <= set((ROOT / "docs" / "start.md").read_text().splitlines())
+
+
 @pytest.mark.parametrize("path", sorted(set(re.findall(r"inputs/\w+/\w+\.toml", README))))
 def test_every_input_named_exists(path: str) -> None:
     assert (ROOT / path).is_file()

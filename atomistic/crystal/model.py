@@ -99,6 +99,9 @@ class OfPotential:
         @property
         def mass(self) -> float: ...
 
+        @property
+        def stiffest(self) -> float: ...
+
     units = _of_potential("units")
     atom_style = _of_potential("atom_style")
     element = _of_potential("element")
@@ -111,6 +114,15 @@ class OfPotential:
     reference = _of_potential("reference")
     settings = _of_potential("settings")
     interactions = _of_potential("interactions")
+
+    @property
+    def timestep(self) -> float:
+        """0.1/√k of the springs of :attr:`stiffest`.
+
+        Half that of springs: bonds of atoms grow several times stiffer where they are compressed, and FIRE's step,
+        which grows to 3 of these, would no longer be stable.
+        """
+        return 0.1 / float(np.sqrt(self.stiffest / 8))
 
     @property
     def energy(self) -> float:
@@ -194,15 +206,6 @@ class CrystalModel(OfPotential, OfCube):
         # A layer exactly at the range, where forces are zero, does not count.
         return max(1, int(np.ceil(self.force_range / self.length / LAYER_SPACING - 1e-9)) - 1)
 
-    @property
-    def timestep(self) -> float:
-        """0.1/√k of the springs of :attr:`stiffest`.
-
-        Half that of springs: bonds of atoms grow several times stiffer where they are compressed, and FIRE's step,
-        which grows to 3 of these, would no longer be stable.
-        """
-        return 0.1 / float(np.sqrt(self.stiffest / 8))
-
 
 @dataclass(frozen=True, eq=False)
 class AnyCrystalModel(OfPotential):
@@ -228,10 +231,6 @@ class AnyCrystalModel(OfPotential):
     mass: float
     cell: CrystalCell | None = field(repr=False)
     stiffest: float = 8.0
-
-    @property
-    def timestep(self) -> float:
-        return 0.1 / float(np.sqrt(self.stiffest / 8))
 
     @property
     def identity(self) -> Mapping[str, Any]:

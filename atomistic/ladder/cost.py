@@ -44,7 +44,7 @@ def _atoms(points: tuple[int, int], depth: float, reach: int) -> int:
 
 
 def _atoms_below(config: DeckConfig) -> int:
-    """Of another crystal than fcc(100), whose a0 follows from the volume that its potential names."""
+    """Number of atoms of a slab other than fcc(100), whose a0 follows from the volume that its potential names."""
     table = config.crystal
     if table.given is not None:
         return len(table.given)

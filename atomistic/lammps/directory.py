@@ -28,7 +28,7 @@ HEIGHTS = "wall.heights"
 TITLE = "fcc(100) slab of {} x {} atoms x ({} mobile + {} frozen) layers, at rest"
 """First line of ``slab.data`` of fcc(100), whose sites follow from these numbers."""
 OTHER_TITLE = "{} slab of {} surface + {} mobile + {} frozen atoms, at rest: a0 = {!r}, neighbours within {!r} a0"
-"""That of any other slab, whose sites are the positions in the file."""
+"""First line of any other slab, whose sites are the positions in the file."""
 _OTHER = re.compile(re.sub(r"\\{(!r)?\\}", r"(\\S+)", re.escape(OTHER_TITLE)))
 MAP = "wall.npy"
 """Heights of the wall at the points of a grid, where these are not the surface atoms."""

@@ -29,7 +29,7 @@ from continuum.model.walls import Wall
 SOURCE, LIBRARY, MAP = "heightmap.cpp", "heightmap.so", "wall.map"
 """Files of the plugin in a deck: its source, the library, and the heights and law that it reads."""
 FLAGS = ("-std=c++17", "-O3", "-fPIC", "-shared", "-DLAMMPS_SMALLBIG")
-"""Of a LAMMPS with 32-bit numbers of atoms, the usual one."""
+"""Flags of the compiler, for a LAMMPS with 32-bit numbers of atoms, the usual one."""
 PRECISION = 1e-12
 """Tolerance of tractions in ``wall.map``, relative to the largest tension, or to the traction if that is larger."""
 _MOST_PIECES = 100_000

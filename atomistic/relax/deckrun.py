@@ -76,7 +76,7 @@ class DeckStep(Totals):
     faulted: int = quantity("1", "atoms in stacking faults, hcp by common neighbour analysis; -1 if nobody looked")
     status: str = quantity("", "what was found")
     direction: float = 0.0
-    """Of sliding, where it is no axis, from x to y, in degrees."""
+    """Direction of sliding where it is no axis, from x to y, in degrees."""
 
     @property
     def _way(self) -> Real:
@@ -84,7 +84,7 @@ class DeckStep(Totals):
 
     @property
     def offset_s(self) -> float:
-        """Of the wall in the direction of sliding, in a0."""
+        """Offset of the wall in the direction of sliding, in a0."""
         return float(self._way @ (self.offset_x, self.offset_y))
 
     @property

@@ -90,7 +90,7 @@ def predict(
     solve: bool | None = None,
     threads: int = 1,
 ) -> Prediction:
-    """Predict whether a measured surface is sticky, from its contact without adhesion, and by every theory.
+    """Predict whether a measured surface is sticky, from its contact without adhesion; theories stand beside it.
 
     Every quantity is a text with its unit, as ``"50mJ/m2"``.
 

@@ -80,7 +80,7 @@ class _Trials:
     """The last trials on both sides of the threshold, and what all of them have cost."""
 
     width: float
-    """Of the bracket that is looked for, in ln w."""
+    """Width of the bracket that is looked for, in ln w."""
     size: int
     """Points of the grid, in whose transforms the work is counted."""
     bracket: Bracket = field(default_factory=Bracket)

@@ -252,7 +252,7 @@ class PressedMap:
         return Grid((grid.shape[0] // images, grid.shape[1] // images), self.topography.lengths)
 
     def _own(self, count: int) -> int:
-        """Of a number of patches or points of the grid, those of the map itself."""
+        """Number of patches or points that belong to the map itself, of those on the grid."""
         return count if self.topography.periodic else count // 4
 
     def _tabor(self, work: float, reach: float) -> float:

@@ -203,5 +203,5 @@ class Wall(Description):
 
 
 Instead = WrapValidator(lambda value, given: None if value is None else given(value))
-"""Of a key that another one may be given for (:attr:`Wall.instead`), with the default :data:`NOT_GIVEN`."""
+"""Marks a key in whose place another one may be given (:attr:`Wall.instead`); its default is :data:`NOT_GIVEN`."""
 NOT_GIVEN: Any = None

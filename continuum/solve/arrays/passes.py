@@ -17,7 +17,7 @@ class ModeStiffness(NamedTuple):
     K: Array
     marks: ModeMarks
     c0: Array
-    """That of all modes, and of short waves beside a coarse step."""
+    """Shift c0 of the preconditioner for all modes, and for short waves beside a coarse step."""
 
 
 def _step_of(xp: Any, g: Array, waves: ModeStiffness, coarse: bool) -> tuple[Array, Array]:

@@ -33,7 +33,7 @@ class Nodes(NamedTuple):
     part: Real
     edges: Index
     lines: Real
-    """Of each row of points, the sum of a field; and in ``counts`` that of ones, or their density at its nodes."""
+    """Sum of a field over each row of points; in ``counts`` that of ones, or their density at its nodes."""
     counts: Real
     field: Real
     """The sum of a field over the nodes, and in ``density`` that of ones."""

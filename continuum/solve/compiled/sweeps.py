@@ -28,7 +28,7 @@ class Spectra(NamedTuple):
     """What is transformed, or was."""
     K: Field
     weights: Field
-    """Of the columns."""
+    """Weights of the columns."""
 
 
 @compiled
