@@ -291,7 +291,7 @@ MADE: dict[str, Callable[[], str]] = {
         "the gap outside a contact is that of Eq. (S-1), x^(3/2), where it reaches the range",
         r": ([\d.]+ ± [\d.]+)",
     ),
-    **{f"law.period-{count}": lambda count=count: str(_period(count)) for count in (16, 8, 4, 2, 1)},
+    **{f"law.period-{count}": lambda count=count: str(_period(count)) for count in (16, 2, 1)},
     **{f"one_state.{name}": lambda name=name: _one_state(name) for name in ("count", "inside", "scatter")},
     **{
         f"bandwidth.{name}-{width}": lambda wall=wall, column=column, width=width: _bandwidth(wall, column, width)
