@@ -88,9 +88,10 @@ def _of_area(area: float) -> str:
     return f"{min(values):.1f} to {max(values):.1f}"
 
 
-def _levels() -> str:
+def _levels(n: int) -> str:
     """Least and largest mean of w/(U F), of each shape and range."""
-    groups = _largest().groupby(["shape", "delta"])
+    rows = _judged()
+    groups = rows[(rows.n == n) & (rows.area == rows.area.min())].groupby(["shape", "delta"])
     values = [Mean.of(part.groupby("seed").left.mean().to_numpy()).value for _, part in groups]
     return f"{min(values):.2f} to {max(values):.2f}"
 
@@ -235,7 +236,8 @@ MADE: dict[str, Callable[[], str]] = {
     "law.curvature": lambda: _percent(4),
     "law.moment": lambda: str(judgement.moment(_largest())),
     "law.exponent": lambda: str(judgement.exponent(_largest())),
-    "law.level": _levels,
+    "law.level": lambda: _levels(1024),
+    "law.level-512": lambda: _levels(512),
     "law.area-2": lambda: _of_area(0.02),
     "law.area-4": lambda: _of_area(0.04),
     "law.wide": lambda: str(_change("spline", 0.01, 128)),
