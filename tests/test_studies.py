@@ -19,7 +19,7 @@ LONGEST = {
     "tutorials/atoms": 680, "tutorials/deck": 220, "tutorials/map": 760, "tutorials/sweep": 400,
     "tutorials/validate": 250, "validation": 860, "view": 340,
 }  # fmt: skip
-"""Words of each page of the manual, with code and tables; what was measured, and how it was judged, is in the studies."""
+"""Words of each page of the manual, with code and tables; what was measured and how it was judged is in the studies."""
 MANUAL = 25_000
 """Words of all of them."""
 
