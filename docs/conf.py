@@ -23,6 +23,7 @@ from continuum.errors import EXIT_CODES
 from continuum.files.reference import markdown
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
+from docs.materials import table
 
 
 def _style(*_: object) -> None:
@@ -141,7 +142,7 @@ def _generate(_: object) -> None:
     folder = HERE / "reference"
     folder.mkdir(exist_ok=True)
     pages = {name: markdown(model, title) for name, (model, title) in INPUTS.items()}
-    pages |= {"columns": _columns(), "exit-codes": _exit_codes()}
+    pages |= {"columns": _columns(), "exit-codes": _exit_codes(), "materials": table()}
     pages |= {package: _public(package, groups) for package, groups in tomllib.loads(GROUPS.read_text()).items()}
     for name, text in pages.items():
         path = folder / f"{name}.md"

@@ -50,7 +50,13 @@ class StepCertificate(Examination):
 
 @dataclass(frozen=True)
 class DeckCertificate(Shown):
-    """Result of checking a deck run."""
+    """Result of checking a deck run.
+
+    Of each equilibrium it compares gap and traction of each atom, force, energy of the wall, smallest gap, A_rep,
+    A_att, lateral forces (zero), core of the law, largest force left and lowest eigenvalue.  It does not look at the
+    total energy, the separation (from which the gaps are computed), offsets, the force that was asked for, evaluations
+    and versions.
+    """
 
     directory: Path
     steps: tuple[StepCertificate, ...]

@@ -49,7 +49,31 @@ class PointCertificate(Examination):
 
 @dataclass(frozen=True)
 class Certificate(Shown):
-    """Result of checking a run, or a sample of a sweep."""
+    """Result of checking a run, or a sample of a sweep.
+
+    Of each converged point, a number off by more than is allowed, and NaN, is a fault:
+
+    * contact maps, against those of the gap: points whose gap is within rounding of an edge may differ; under a hard
+      wall, points that touch with a pressure within rounding of zero;
+    * ``area_rep`` and ``area_att``, against points of the stored maps: last digits;
+    * ``load``, ``load_rep``, ``load_att``, against differences of the law's energy: softness of the law times the
+      rounding of each gap; under a hard wall the residual beside the contact;
+    * ``mean_gap``, ``smallest_gap``, ``separation``, against the gap, and load and stiffness of the base: rounding, and
+      what the residual does to the mean;
+    * ``wall_energy``, ``elastic_energy``, against sums over points: traction times the rounding of each gap;
+    * the residual of the gap, against zero: 1.5 times tolerance and rounding;
+    * the lowest eigenvalue of the Hessian by LOBPCG (``curvature``; ``lowest_eigenvalue`` where it was asked for): not
+      negative; twice its error;
+    * ``target`` and the controlled quantity, against the input: last digits; the tolerance of the area, the residual;
+    * ``work_of_adhesion``, against the law: last digits, except for stored states of a threshold, whose law is made of
+      it.
+
+    It does not look at how a state was reached (``branch``, ``events``, ``lowest_load``, searches), at work and times,
+    at stored residual, duality gap and status, at the stored heights, positions and knots of the wall (the heights are
+    made anew from the input), at the state for a restart, or at points that did not converge.  It does not tell whether
+    another state should have been reached.  Without periodic images under a hard wall, and for load and pressure in
+    full contact under a hard wall, there is nothing to compare with.
+    """
 
     points: tuple[PointCertificate, ...]
     """The points that were looked at."""

@@ -1,6 +1,6 @@
 """The paper's worked examples: its number, ours, and the reason for differences.
 
-``continuum examples`` prints them; ``docs/examples.md`` holds what it printed.
+``continuum examples`` prints them; ``docs/measured/examples.md`` holds what it printed.
 """
 
 from dataclasses import dataclass

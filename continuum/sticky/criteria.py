@@ -237,7 +237,8 @@ _CRITERIA = (
     ),
     # The load at 1 % area changes its sign at w = U F: docs/law.md.  F is that of the paper's law, as stated before.
     Criterion(
-        "threshold-energy", "energy of the threshold", "U_full F/w", "docs/law.md: six surfaces, H of 0.2 to 0.9",
+        "threshold-energy", "energy of the threshold", "U_full F/w",
+        "w/U: Ciavarella and Papangelo 2018; F: docs/law.md, six surfaces, H of 0.2 to 0.9",
         lambda c: _full_contact(c) * rough.threshold_share(c.range / c.rms_height), _THRESHOLD,
         margin=lambda c, value: 1 / value, needs="conformal_energy",
     ),

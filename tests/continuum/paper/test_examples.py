@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[3]
 def test_the_page_of_examples_is_what_the_command_prints(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["examples"]) == 0
     printed = capsys.readouterr().out
-    assert (ROOT / "docs" / "examples.md").read_text() == printed
+    assert (ROOT / "docs" / "measured" / "examples.md").read_text() == printed
 
 
 def test_the_lennard_jones_crystal_is_the_known_one() -> None:

@@ -1,6 +1,6 @@
 """Analytic contacts: spheres from DMT to JKR, waves with and without adhesion, orders of convergence.
 
-What is compared and why not closer stands in :mod:`tests.verification.checks`; docs/verification.md is made from it.
+What is compared and why not closer stands in :mod:`tests.verification.checks`; the page of the study is made from it.
 """
 
 from __future__ import annotations

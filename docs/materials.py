@@ -1,0 +1,22 @@
+"""The table of materials, which the site makes of ``continuum/sticky/materials.toml``."""
+
+from continuum.sticky.materials import materials
+from continuum.units import readable
+
+
+def table() -> str:
+    """Materials of predictions, each with the sources of its values."""
+    rows, sources = [], []
+    for name, one in materials().items():
+        work = "-" if one.work_of_adhesion is None else readable(one.work_of_adhesion, "energy_per_area", 3)
+        moduli = [readable(modulus, "pressure", 3) for modulus in (one.modulus, one.plane_strain_modulus)]
+        rows.append(f"| `{name}` | {moduli[0]} | {one.poisson:.3g} | {moduli[1]} | {work} | {one.range * 1e9:.3g} nm |")
+        sources.append(f"* `{name}`: {'; '.join(one.sources)}")
+    head = [
+        "# Materials",
+        "",
+        "Values of `--material NAME`; [the page of materials](../materials.md) says what they are.",
+        "",
+    ]
+    head += ["| material | E | ν | E* | w | range |", "|---|---|---|---|---|---|"]
+    return "\n".join([*head, *rows, "", "## Sources", "", *sources, ""])
