@@ -130,6 +130,30 @@ class ContinuumStep(Totals):
     converged: bool
 
 
+@dataclass(frozen=True)
+class FirstYield:
+    """Where atoms first have other neighbours: between two equilibria, half way and with half their distance."""
+
+    separation: tuple[float, float]
+    """In a0."""
+    load: tuple[float, float]
+    """N/A0, in E*."""
+    pressure: tuple[float, float]
+    """Mean contact pressure N_rep/A_rep, in E*."""
+
+
+@dataclass(frozen=True)
+class Imprint:
+    """What stays when the wall is off the surface again."""
+
+    displaced: int
+    """Atoms further than half of a0 from where they were at rest."""
+    depth: float
+    """Of the deepest surface atom below the surface at rest, in a0."""
+    recovered: float
+    """Part of the work of the wall on its way down that it got back, by the trapezoidal rule over the steps."""
+
+
 @dataclass(frozen=True, eq=False)
 class DeckSteps:
     """Numbers of a deck run: every finished step, and the last state of the atoms."""
@@ -220,6 +244,44 @@ class DeckSteps:
         It is plastic only if they keep them when they are :attr:`unloaded`.
         """
         return next((i for i, step in enumerate(self.steps) if step.status == DeckStatus.YIELDED.name), None)
+
+    @property
+    def first_yield(self) -> FirstYield | None:
+        """Separation, load and contact pressure at :attr:`yielded`; None without, or not after two states in contact.
+
+        The crystal held the state before it.  What the next one would have been without slip is continued from the two
+        before in a straight line, over what was prescribed: the separation, or the load.
+        """
+        i = self.yielded
+        if i is None or i < 2 or self.last.averages:
+            return None
+        a, b, c = self.steps[i - 2 : i + 1]
+        x = [step.load if self.last.target_force else step.separation for step in (a, b, c)]
+        if x[0] == x[1] or not all(step.area_rep and DeckStatus[step.status].ok for step in (a, b)):
+            return None
+        half = 0.5 * (x[2] - x[1]) / (x[1] - x[0])
+
+        def between(before: float, held: float) -> tuple[float, float]:
+            further = half * (held - before)
+            return held + further, abs(further)
+
+        pressures = (step.load_rep / step.area_rep for step in (a, b))
+        return FirstYield(between(a.separation, b.separation), between(a.load, b.load), between(*pressures))
+
+    @property
+    def imprint(self) -> Imprint | None:
+        """What stays at the end of a staircase down and up; None if its first or last state bears a load."""
+        first, last, s = self.steps[0], self.steps[-1], np.array([step.separation for step in self.steps])
+        lowest = int(np.argmin(s))
+        load = np.array([step.load for step in self.steps])
+        free = max(first.load, last.load) <= LOAD_TOLERANCE * load.max()
+        if self.last.averages or not 0 < lowest < len(s) - 1 or not free or load.max() <= 0:
+            return None
+        down, up = (float(np.trapezoid(load[part], s[part])) for part in (np.s_[: lowest + 1], np.s_[lowest:]))
+        moved, slab = self.last.displacements.reshape(-1, 3), self.last.slab
+        rise = self.description.surface - np.median(slab.positions.reshape(-1, 3)[: slab.surface_atoms, 2])
+        depth = float(rise - moved[: slab.surface_atoms, 2].min())
+        return Imprint(int(np.count_nonzero(np.linalg.norm(moved, axis=1) > 0.5)), depth, -up / down)
 
     @property
     def unloaded(self) -> int | None:
