@@ -285,26 +285,32 @@ class DeckSteps:
 
     @property
     def unloaded(self) -> int | None:
-        """First step after :attr:`yielded` in which the wall is withdrawn and the load is one that the crystal bore.
+        """Step after :attr:`yielded`, from 0, in which the withdrawn wall bears least; None if none is unloaded.
 
-        That is the load before it slipped, to the tolerance of a load, or none; None without such a step.
+        That is one whose load is no larger than the crystal bore before it slipped, to the tolerance of a load.
         """
         i = self.yielded
         if i is None or self.slides:
             return None
         borne = max(self.steps[i - 1].load, 0.0) if i else 0.0
-        later = range(i + 1, len(self.steps))
-        return next((
-            j for j in later if self.steps[j].separation > self.steps[i].separation
+        later = [
+            j for j in range(i + 1, len(self.steps)) if self.steps[j].separation > self.steps[i].separation
             and self.steps[j].load <= borne * (1 + LOAD_TOLERANCE)
-        ), None)  # fmt: skip
+        ]  # fmt: skip
+        return min(later, key=lambda j: abs(self.steps[j].load), default=None)
 
     @property
     def plastic(self) -> bool | None:
-        """Whether atoms still have other neighbours when they are :attr:`unloaded`; None if that is not known."""
+        """Whether atoms still have other neighbours when they are :attr:`unloaded`; None if that is not known.
+
+        Slip that is left under a load may still spring back.
+        """
         if self.yielded is None:
             return False
-        return None if self.unloaded is None else self.steps[self.unloaded].slipped > 0
+        if self.unloaded is None:
+            return None
+        step, largest = self.steps[self.unloaded], max(step.load for step in self.steps)
+        return None if step.slipped and step.load > LOAD_TOLERANCE * largest else step.slipped > 0
 
     def mean(self, name: str) -> WindowMean:
         """Mean of a quantity of :class:`DeckStep` that has a standard error, over the windows :attr:`averaged`.

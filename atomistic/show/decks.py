@@ -120,9 +120,13 @@ def _yield(run: DeckSteps) -> list[str]:
         )
     if run.unloaded is None:
         return [*lines, "Whether that is plastic is not known: no later step is unloaded."]
-    left = run.steps[run.unloaded].slipped
-    found = f"{left} still have: it is plastic" if run.plastic else "none has: it sprang back, and is not plastic"
-    lines.append(f"In step {run.unloaded + 1}, unloaded, {found}.")
+    after = run.steps[run.unloaded]
+    answers = {
+        True: f"unloaded, {after.slipped} still have: it is plastic",
+        False: "unloaded, none has: it sprang back, and is not plastic",
+        None: f"{after.slipped} still have at N/A0 = {told(after.load)}: withdraw the wall further to see what stays",
+    }
+    lines.append(f"In step {run.unloaded + 1}, {answers[run.plastic]}.")
     if (stays := run.imprint) is not None:
         lines.append(
             f"Off the surface, {stays.displaced} atoms are further than half of a0 from their places, the imprint "

@@ -192,6 +192,18 @@ def test_first_yield_lies_between_two_steps_where_a_straight_load_says(each: lis
     assert replace(steps_of(s, 2), steps=tuple(lost)).first_yield is None
 
 
+def test_slip_that_a_smaller_load_keeps_and_none_does_not_is_not_plastic() -> None:
+    run = steps_of([1.0, 0.5, 0.0, -0.1, 0.3, 0.7, 1.0], 3)
+    assert run.unloaded == 6
+    assert run.plastic is True
+    back = [replace(step, slipped=0, status="CONVERGED") for step in run.steps[5:]]
+    sprang = replace(run, steps=(*run.steps[:5], *back))
+    assert sprang.steps[4].slipped
+    assert sprang.unloaded == 6
+    assert sprang.plastic is False
+    assert replace(run, steps=run.steps[:5]).plastic is None
+
+
 def test_an_imprint_is_what_has_not_sprung_back() -> None:
     moved = np.zeros(SITES)
     moved[0, 2, 2] = (0.0, 0.0, -0.6)
@@ -242,10 +254,15 @@ def test_copper_slips_under_a_sharp_sphere_and_springs_back(tmp_path: Path) -> N
     ]  # fmt: skip
     with pytest.raises(c.NotConvergedError, match="the crystal has slipped"):
         read_result(run.directory, 3).require()
-    # The same, had some kept their new neighbours; and without a step that is unloaded.
-    kept = replace(run, steps=(*run.steps[:3], replace(run.steps[3], slipped=7, status="YIELDED")))
-    assert kept.plastic
-    assert "In step 4, unloaded, 7 still have: it is plastic." in kept.sheets()[0].text()
+    # Had some kept their new neighbours, under less load and without any; and without a step that is unloaded.
+    for load, plastic, words in (
+        (run.steps[3].load, None, f"7 still have at N/A0 = {run.steps[3].load:.4g} E*"),
+        (0.0, True, "unloaded, 7 still have: it is plastic."),
+    ):
+        step = replace(run.steps[3], slipped=7, status="YIELDED", load=load)
+        kept = replace(run, steps=(*run.steps[:3], step))
+        assert kept.plastic is plastic
+        assert f"In step 4, {words}" in kept.sheets()[0].text()
     under_load = replace(run, steps=run.steps[:3])
     assert under_load.plastic is None
     assert "Whether that is plastic is not known" in under_load.sheets()[0].text()
