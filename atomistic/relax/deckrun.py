@@ -151,7 +151,7 @@ class Imprint:
     depth: float
     """Of the deepest surface atom below the surface at rest, in a0."""
     recovered: float
-    """Part of the work of the wall on its way down that it got back, by the trapezoidal rule over the steps."""
+    """Part of the work of the wall on its way down that it got back, by trapezoids over the way with fewer steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,17 +271,20 @@ class DeckSteps:
     @property
     def imprint(self) -> Imprint | None:
         """What stays at the end of a staircase down and up; None if its first or last state bears a load."""
-        first, last, s = self.steps[0], self.steps[-1], np.array([step.separation for step in self.steps])
+        load, s = (np.array([getattr(step, name) for step in self.steps]) for name in ("load", "separation"))
         lowest = int(np.argmin(s))
-        load = np.array([step.load for step in self.steps])
-        free = max(first.load, last.load) <= LOAD_TOLERANCE * load.max()
-        if self.last.averages or not 0 < lowest < len(s) - 1 or not free or load.max() <= 0:
+        down, up = np.s_[lowest::-1], np.s_[lowest:]  # each from the lowest step on
+        free = max(load[0], load[-1]) <= LOAD_TOLERANCE * load.max()
+        one_way = lowest and lowest < len(s) - 1 and all((np.diff(s[way]) > 0).all() for way in (down, up))
+        if self.last.averages or not (free and one_way and load.max() > 0):
             return None
-        down, up = (float(np.trapezoid(load[part], s[part])) for part in (np.s_[: lowest + 1], np.s_[lowest:]))
+        # At the same separations, so that coarse steps err alike on both ways.
+        at = min(s[down], s[up], key=len)
+        taken, given = (float(np.trapezoid(np.interp(at, s[way], load[way]), at)) for way in (down, up))
         moved, slab = self.last.displacements.reshape(-1, 3), self.last.slab
         rise = self.description.surface - np.median(slab.positions.reshape(-1, 3)[: slab.surface_atoms, 2])
         depth = float(rise - moved[: slab.surface_atoms, 2].min())
-        return Imprint(int(np.count_nonzero(np.linalg.norm(moved, axis=1) > 0.5)), depth, -up / down)
+        return Imprint(int(np.count_nonzero(np.linalg.norm(moved, axis=1) > 0.5)), depth, given / taken)
 
     @property
     def unloaded(self) -> int | None:

@@ -130,7 +130,7 @@ def _yield(run: DeckSteps) -> list[str]:
     if (stays := run.imprint) is not None:
         lines.append(
             f"Off the surface, {stays.displaced} atoms are further than half of a0 from their places, the imprint "
-            f"is {stays.depth:.2g} a0 deep, and {100 * stays.recovered:.0f} % of the work came back."
+            f"is {stays.depth:.2f} a0 deep, and {100 * stays.recovered:.0f} % of the work came back."
         )
     return lines
 

@@ -142,10 +142,12 @@ def test_slip_on_a_close_packed_plane_changes_its_two_planes_and_no_other(
     assert not slipped(slab, np.full((slab.size, 3), (4.3, 2.1, 0.0))).any()
 
 
-def steps_of(separations: list[float], slipped_from: int | None = None, moved: np.ndarray | None = None) -> DeckSteps:
-    """A staircase under a wall whose load is a0 less the separation, and whose area is constant."""
+def steps_of(
+    separations: list[float], slipped_from: int | None = None, moved: np.ndarray | None = None, power: float = 1.0
+) -> DeckSteps:
+    """A staircase under a wall whose load is a power of a0 less the separation, and whose area is constant."""
     zero = {column.name: 0.0 for column in fields(DeckStep) if column.metadata}
-    loads = [max(1 - s, 0.0) for s in separations]
+    loads = [max(1 - s, 0.0) ** power for s in separations]
     first = len(separations) if slipped_from is None else slipped_from
     steps = tuple(
         DeckStep(**zero | {  # type: ignore[arg-type]
@@ -162,12 +164,16 @@ def steps_of(separations: list[float], slipped_from: int | None = None, moved: n
 @given(st.lists(st.floats(-1, 0.9), min_size=2, max_size=8, unique=True))
 def test_a_staircase_that_is_elastic_has_no_yield_and_gives_back_all_work(found: list[float]) -> None:
     down = [1.0, *sorted(found, reverse=True)]
-    run = steps_of([*down, *down[-2::-1]])
+    run = steps_of([*down, *down[-2::-1]], power=1.5)
     assert run.first_yield is None
     assert run.plastic is False
     assert run.imprint is not None
     assert (run.imprint.displaced, run.imprint.depth) == (0, 0)
     assert run.imprint.recovered == pytest.approx(1, abs=1e-12)  # sums of the same numbers in another order
+    # Longer steps up err as longer steps down would.
+    longer = steps_of([*down, down[-2], 1.0], power=1.5).imprint
+    assert longer is not None
+    assert longer.recovered == pytest.approx(1, abs=1e-12)
     # Without a way back, and while it bears a load, nobody knows what stays.
     assert steps_of(down).imprint is None
     assert steps_of([*down, *down[-2:0:-1]]).imprint is None
