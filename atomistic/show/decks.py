@@ -102,10 +102,10 @@ def _yield(run: DeckSteps) -> list[str]:
         return f"{value} E*" + ("" if real is None else f" ({readable(real.to_si(load, 'pressure'), 'pressure')})")
 
     if i is None:
-        held = [step.load for step in run.steps if DeckStatus[step.status].ok]
-        if run.description.bonded or not held or any(step.slipped for step in run.steps):
+        borne = [step.load for step in run.steps if DeckStatus[step.status].ok]
+        if run.description.bonded or not borne or any(step.slipped for step in run.steps):
             return []
-        return [f"No atom has slipped, up to N/A0 = {told(max(held))}."]
+        return [f"No atom has slipped, up to N/A0 = {told(max(borne))}."]
     step = run.steps[i]
 
     faults = f", {step.faulted} stand in stacking faults (hcp)" if step.faulted >= 0 else ""
