@@ -130,6 +130,30 @@ class ContinuumStep(Totals):
     converged: bool
 
 
+@dataclass(frozen=True)
+class FirstYield:
+    """Where atoms first have other neighbours: between two equilibria, half way and with half their distance."""
+
+    separation: tuple[float, float]
+    """In a0."""
+    load: tuple[float, float]
+    """N/A0, in E*."""
+    pressure: tuple[float, float]
+    """Mean contact pressure N_rep/A_rep, in E*."""
+
+
+@dataclass(frozen=True)
+class Imprint:
+    """What stays when the wall is off the surface again."""
+
+    displaced: int
+    """Atoms further than half of a0 from where they were at rest."""
+    depth: float
+    """Of the deepest surface atom below the surface at rest, in a0."""
+    recovered: float
+    """Part of the work of the wall on its way down that it got back, by trapezoids over the way with fewer steps."""
+
+
 @dataclass(frozen=True, eq=False)
 class DeckSteps:
     """Numbers of a deck run: every finished step, and the last state of the atoms."""
@@ -222,27 +246,74 @@ class DeckSteps:
         return next((i for i, step in enumerate(self.steps) if step.status == DeckStatus.YIELDED.name), None)
 
     @property
-    def unloaded(self) -> int | None:
-        """First step after :attr:`yielded` in which the wall is withdrawn and the load is one that the crystal bore.
+    def first_yield(self) -> FirstYield | None:
+        """Separation, load and contact pressure at :attr:`yielded`; None without, or not after two states in contact.
 
-        That is the load before it slipped, to the tolerance of a load, or none; None without such a step.
+        The crystal held the state before it.  What the next one would have been without slip is continued from the two
+        before in a straight line, over what was prescribed: the separation, or the load.
+        """
+        i = self.yielded
+        if i is None or i < 2 or self.last.averages:
+            return None
+        a, b, c = self.steps[i - 2 : i + 1]
+        x = [step.load if self.last.target_force else step.separation for step in (a, b, c)]
+        if x[0] == x[1] or not all(step.area_rep and DeckStatus[step.status].ok for step in (a, b)):
+            return None
+        half = 0.5 * (x[2] - x[1]) / (x[1] - x[0])
+
+        def between(before: float, held: float) -> tuple[float, float]:
+            further = half * (held - before)
+            return held + further, abs(further)
+
+        pressures = (step.load_rep / step.area_rep for step in (a, b))
+        return FirstYield(between(a.separation, b.separation), between(a.load, b.load), between(*pressures))
+
+    @property
+    def imprint(self) -> Imprint | None:
+        """What stays at the end of a staircase down and up; None if its first or last state bears a load."""
+        load, s = (np.array([getattr(step, name) for step in self.steps]) for name in ("load", "separation"))
+        lowest = int(np.argmin(s))
+        down, up = np.s_[lowest::-1], np.s_[lowest:]  # each from the lowest step on
+        free = max(load[0], load[-1]) <= LOAD_TOLERANCE * load.max()
+        one_way = lowest and lowest < len(s) - 1 and all((np.diff(s[way]) > 0).all() for way in (down, up))
+        if self.last.averages or not (free and one_way and load.max() > 0):
+            return None
+        # At the same separations, so that coarse steps err alike on both ways.
+        at = min(s[down], s[up], key=len)
+        taken, given = (float(np.trapezoid(np.interp(at, s[way], load[way]), at)) for way in (down, up))
+        moved, slab = self.last.displacements.reshape(-1, 3), self.last.slab
+        rise = self.description.surface - np.median(slab.positions.reshape(-1, 3)[: slab.surface_atoms, 2])
+        depth = float(rise - moved[: slab.surface_atoms, 2].min())
+        return Imprint(int(np.count_nonzero(np.linalg.norm(moved, axis=1) > 0.5)), depth, given / taken)
+
+    @property
+    def unloaded(self) -> int | None:
+        """Step after :attr:`yielded`, from 0, in which the withdrawn wall bears least; None if none is unloaded.
+
+        That is one whose load is no larger than the crystal bore before it slipped, to the tolerance of a load.
         """
         i = self.yielded
         if i is None or self.slides:
             return None
         borne = max(self.steps[i - 1].load, 0.0) if i else 0.0
-        later = range(i + 1, len(self.steps))
-        return next((
-            j for j in later if self.steps[j].separation > self.steps[i].separation
+        later = [
+            j for j in range(i + 1, len(self.steps)) if self.steps[j].separation > self.steps[i].separation
             and self.steps[j].load <= borne * (1 + LOAD_TOLERANCE)
-        ), None)  # fmt: skip
+        ]  # fmt: skip
+        return min(later, key=lambda j: abs(self.steps[j].load), default=None)
 
     @property
     def plastic(self) -> bool | None:
-        """Whether atoms still have other neighbours when they are :attr:`unloaded`; None if that is not known."""
+        """Whether atoms still have other neighbours when they are :attr:`unloaded`; None if that is not known.
+
+        Slip that is left under a load may still spring back.
+        """
         if self.yielded is None:
             return False
-        return None if self.unloaded is None else self.steps[self.unloaded].slipped > 0
+        if self.unloaded is None:
+            return None
+        step, largest = self.steps[self.unloaded], max(step.load for step in self.steps)
+        return None if step.slipped and step.load > LOAD_TOLERANCE * largest else step.slipped > 0
 
     def mean(self, name: str) -> WindowMean:
         """Mean of a quantity of :class:`DeckStep` that has a standard error, over the windows :attr:`averaged`.

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from atomistic.lammps.directory import wall_mesh
-from atomistic.lammps.result import DeckStatus
+from atomistic.lammps.result import HCP, DeckResult, DeckStatus, read_result
 from atomistic.relax.deckrun import ContinuumStep, DeckSteps
 from continuum.files.output import save as save_file
 from continuum.measure.contact import contact_map
@@ -94,14 +94,19 @@ def _friction(run: DeckSteps) -> list[Sheet]:
 
 
 def _yield(run: DeckSteps) -> list[str]:
-    """The first step in which atoms have slipped, with its load, and whether that stays."""
-    i = run.yielded
-    if i is None:
-        return []
-    real, step = run.description.real_units, run.steps[i]
+    """The first step in which atoms have slipped, with its load, whether that stays, and what else does."""
+    i, real = run.yielded, run.description.real_units
 
-    def told(load: float) -> str:
-        return f"{load:.4g} E*" + ("" if real is None else f" ({readable(real.to_si(load, 'pressure'), 'pressure')})")
+    def told(load: float, error: float | None = None) -> str:
+        value = f"{load:.4g}" if error is None else f"{load:.4g} ± {error:.1g}"
+        return f"{value} E*" + ("" if real is None else f" ({readable(real.to_si(load, 'pressure'), 'pressure')})")
+
+    if i is None:
+        borne = [step.load for step in run.steps if DeckStatus[step.status].ok]
+        if run.description.bonded or not borne or any(step.slipped for step in run.steps):
+            return []
+        return [f"No atom has slipped, up to N/A0 = {told(max(borne))}."]
+    step = run.steps[i]
 
     faults = f", {step.faulted} stand in stacking faults (hcp)" if step.faulted >= 0 else ""
     held = f"; before it the crystal held {told(run.steps[i - 1].load)}" if i else ""
@@ -109,11 +114,27 @@ def _yield(run: DeckSteps) -> list[str]:
         f"The crystal has slipped in step {i + 1}: {step.slipped} atoms have other nearest neighbours{faults}, "
         f"N/A0 = {told(step.load)}{held}."
     ]
+    if (first := run.first_yield) is not None:
+        apart, half = first.separation
+        lines.append(
+            f"First yield, half way between steps {i} and {i + 1}: separation {apart:.4g} ± {half:.1g} a0, "
+            f"N/A0 = {told(*first.load)}, mean contact pressure {told(*first.pressure)}."
+        )
     if run.unloaded is None:
         return [*lines, "Whether that is plastic is not known: no later step is unloaded."]
-    left = run.steps[run.unloaded].slipped
-    found = f"{left} still have: it is plastic" if run.plastic else "none has: it sprang back, and is not plastic"
-    return [*lines, f"In step {run.unloaded + 1}, unloaded, {found}."]
+    after = run.steps[run.unloaded]
+    answers = {
+        True: f"unloaded, {after.slipped} still have: it is plastic",
+        False: "unloaded, none has: it sprang back, and is not plastic",
+        None: f"{after.slipped} still have at N/A0 = {told(after.load)}: withdraw the wall further to see what stays",
+    }
+    lines.append(f"In step {run.unloaded + 1}, {answers[run.plastic]}.")
+    if (stays := run.imprint) is not None:
+        lines.append(
+            f"Off the surface, {stays.displaced} atoms are further than half of a0 from their places, the imprint "
+            f"is {stays.depth:.2f} a0 deep, and {100 * stays.recovered:.0f} % of the work came back."
+        )
+    return lines
 
 
 def _means(run: DeckSteps) -> list[str]:
@@ -287,6 +308,52 @@ def draw_deck_run(run: DeckSteps, beside: tuple[ContinuumStep, ...] = ()) -> Fig
     return figure
 
 
+@styled
+def draw_slip(run: DeckSteps) -> Figure:
+    """Load against separation with the first yield, and atoms that slipped, at the deepest and at the last step."""
+    figure, axes = new_axes(PAGE, 2.9, 1, 3)
+    load, *views = axes
+    real, first = run.description.real_units, run.first_yield
+    scale = 1.0 if real is None else real.si("pressure") / scipy.constants.giga
+    loads = scale * np.array([step.load for step in run.steps])
+    x, slipped = np.array([step.separation for step in run.steps]), np.array([step.slipped > 0 for step in run.steps])
+    last, deepest = len(x) - 1, int(np.argmin(x))
+    load.plot(x[: deepest + 1], loads[: deepest + 1], "-", color="0.6", lw=0.9)
+    load.plot(x[deepest:], loads[deepest:], "--", color="0.6", lw=0.9, label="on the way back")
+    for some, fill, label in ((~slipped, "white", "no atom slipped"), (slipped, SERIES[5], "slipped")):
+        load.plot(x[some], loads[some], "o", color=SERIES[5], markerfacecolor=fill, label=label)
+    if first is not None:
+        (at, half), (held, error) = first.separation, first.load
+        load.errorbar(at, scale * held, scale * error, half, fmt="none", color="black", label="first yield", zorder=4)
+    load.axhline(0, color="grey", linewidth=0.6)
+    load.set(xlabel="separation ($a_0$)", ylabel="$N/A_0$ (GPa)" if real is not None else "$N/A_0$ ($E^*$)")
+    states = [deepest if deepest < last else int(np.argmax(slipped)), last]
+    for axis, i in zip(views, states, strict=True):
+        _draw_atoms(axis, read_result(run.directory, i + 1))
+    letter_panels(axes, ("load", *(f"step {i + 1}: {run.steps[i].slipped} slipped" for i in states)))
+    legend_under(load, 0.3)
+    legend_under(views[0], 0.3)
+    return figure
+
+
+def _draw_atoms(axis: Axes, state: DeckResult) -> None:
+    """Side view of all atoms that slipped or stand in stacking faults, before those in the plane of the deepest."""
+    slab = state.slab
+    at, slipped = slab.positions.reshape(-1, 3) + state.displacements.reshape(-1, 3), state.slipped.ravel()
+    faulted = np.zeros(slab.size, np.bool_)
+    if state.faulted > 0 and state.structure is not None:
+        faulted = state.structure.ravel() == HCP
+    off = at[:, 1] - at[np.argmin(at[: slab.surface_atoms, 2]), 1]
+    in_plane = np.abs(off - slab.grid.lengths[1] * np.rint(off / slab.grid.lengths[1])) < 0.5
+    for some, colour, label in (
+        (in_plane & ~slipped & ~faulted, "0.8", "as at rest"),
+        (slipped & ~faulted, SERIES[5], "other neighbours"),
+        (faulted, SERIES[2], "stacking fault"),
+    ):
+        axis.plot(at[some, 0] % slab.grid.lengths[0], at[some, 2], "o", color=colour, markersize=3.5, label=label)
+    axis.set(xlabel="x ($a_0$)", ylabel="z ($a_0$)", aspect="equal")
+
+
 def write_run(run: DeckSteps, folder: Path, beside: tuple[ContinuumStep, ...] = ()) -> list[Path]:
     """Write a run in every form of :data:`WRITERS`; returns the files."""
     stem = folder / run.directory.resolve().name
@@ -306,6 +373,9 @@ def _meshes(run: DeckSteps, stem: Path, beside: tuple[ContinuumStep, ...]) -> It
 WRITERS: list[Callable[[DeckSteps, Path, tuple[ContinuumStep, ...]], Iterable[Path]]] = [
     lambda run, stem, beside: [run.store(stem.with_name(f"{stem.name}.h5"), beside)],
     lambda run, stem, beside: [save_figure(draw_deck_run(run, beside), stem)],
+    lambda run, stem, beside: (
+        [] if run.yielded is None else [save_figure(draw_slip(run), stem.with_name(f"{stem.name}-slip"))]
+    ),
     _meshes,
 ]
 """Forms in which a run is written: each makes files whose names begin as the stem does, beside the continuum or not."""

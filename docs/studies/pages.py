@@ -20,6 +20,7 @@ from docs.studies import (
     classes,
     exponents,
     figure2,
+    first_yield,
     judgement,
     kappa_of_one_state,
     law,
@@ -223,6 +224,15 @@ MADE: dict[str, Callable[[], str]] = {
     "figure2": lambda: "\n".join(figure2.lines()),
     "stiffness": lambda: "\n".join(stiffness.lines()),
     "rivals": lambda: "\n".join(rivals.lines(_stored(rivals.FILE))),
+    **{
+        f"first_yield.{run}-steps": lambda run=run: first_yield.table(_stored(first_yield.STEPS), run)
+        for run in ("yield", "deeper")
+    },
+    **{
+        f"first_yield.{run}-{name}": lambda run=run, name=name: first_yield.quoted(_stored(first_yield.FILE), run, name)
+        for run, names in (("yield", first_yield.QUOTED), ("deeper", first_yield.QUOTED[4:7] + first_yield.QUOTED[-3:]))
+        for name in names
+    },
     # An exponent of zero has no sign.
     "exponents": lambda: exponents.tables().replace("-0.00 (", "+0.00 ("),
     "budget": _budget,

@@ -13,7 +13,10 @@ from hypothesis import strategies as st
 import atomistic as a
 import continuum as c
 from atomistic.crystal.crystal import LOST, Slab, distortion, slipped
-from atomistic.lammps.result import DeckResult, DeckStatus, read_result
+from atomistic.crystal.faces import cell_of
+from atomistic.lammps.result import DeckDescription, DeckResult, DeckStatus, read_result
+from atomistic.relax.deckrun import DeckStep, DeckSteps
+from atomistic.show.decks import draw_slip
 
 SLAB = Slab((6, 5), mobile=5)
 SITES = (SLAB.layers, *SLAB.shape, 3)
@@ -110,6 +113,118 @@ def state(moved: np.ndarray) -> DeckResult:
     return DeckResult(SLAB, flat, flat, flat, moved, np.zeros(SITES), **numbers)  # type: ignore[arg-type]
 
 
+def test_fixed_bonds_never_yield() -> None:
+    moved = np.zeros(SITES)
+    moved[0, ..., 0] = 1.0
+    assert state(moved).slipped.any()
+    assert not replace(state(moved), bonded=True).slipped.any()
+
+
+@pytest.mark.parametrize("above", [1, 2, 3])
+@pytest.mark.parametrize("along", [(1, 0), (-0.5, 0.75**0.5), (0, 1 / 3**0.5), (0, -1 / 3**0.5)])
+def test_slip_on_a_close_packed_plane_changes_its_two_planes_and_no_other(
+    above: int, along: tuple[float, float]
+) -> None:
+    """By a vector of the lattice, which restores the crystal, and by a partial one, which leaves a stacking fault."""
+    slab = cell_of("fcc", "111").slab((6.0, 5.0), depth=3.0, reach=1.5, skin=0.25)
+    plane = np.rint(-slab.positions[:, 2] / (2 / 3) ** 0.5)
+    moved = np.zeros((slab.size, 3))
+    moved[plane < above, :2] = along
+    # Of the two opposite partial vectors one would put atoms on top of others, where no crystal slips to.
+    r = (slab.positions + moved)[plane == above - 1][0] - slab.positions[plane == above]
+    r[:, :2] -= slab.lengths * np.rint(r[:, :2] / slab.lengths)
+    found = slipped(slab, moved)
+    if np.linalg.norm(r, axis=1).min() > 0.99:
+        np.testing.assert_array_equal(found, (plane == above - 1) | (plane == above))
+    else:
+        assert np.isclose(along[0], 0)
+    # Periodic images: the crystal moved by any part of its period is the same one.
+    assert not slipped(slab, np.full((slab.size, 3), (4.3, 2.1, 0.0))).any()
+
+
+def steps_of(
+    separations: list[float], slipped_from: int | None = None, moved: np.ndarray | None = None, power: float = 1.0
+) -> DeckSteps:
+    """A staircase under a wall whose load is a power of a0 less the separation, and whose area is constant."""
+    zero = {column.name: 0.0 for column in fields(DeckStep) if column.metadata}
+    loads = [max(1 - s, 0.0) ** power for s in separations]
+    first = len(separations) if slipped_from is None else slipped_from
+    steps = tuple(
+        DeckStep(**zero | {  # type: ignore[arg-type]
+            "separation": s, "load": load, "load_rep": load, "area_rep": 0.5, "slipped": 3 * (i >= first),
+            "status": "YIELDED" if i >= first else "CONVERGED",
+        }) for i, (s, load) in enumerate(zip(separations, loads, strict=True))
+    )  # fmt: skip
+    last = state(np.zeros(SITES) if moved is None else moved)
+    about = DeckDescription("", len(steps), {}, "X", "", 0.0, (), 1.0, None)
+    return DeckSteps(Path("deck"), about, c.LennardJonesSpline(0.0), last.heights, steps, last.gap, last)
+
+
+@settings(max_examples=30)
+@given(st.lists(st.floats(-1, 0.9), min_size=2, max_size=8, unique=True))
+def test_a_staircase_that_is_elastic_has_no_yield_and_gives_back_all_work(found: list[float]) -> None:
+    down = [1.0, *sorted(found, reverse=True)]
+    run = steps_of([*down, *down[-2::-1]], power=1.5)
+    assert run.first_yield is None
+    assert run.plastic is False
+    assert run.imprint is not None
+    assert (run.imprint.displaced, run.imprint.depth) == (0, 0)
+    assert run.imprint.recovered == pytest.approx(1, abs=1e-12)  # sums of the same numbers in another order
+    # Longer steps up err as longer steps down would.
+    longer = steps_of([*down, down[-2], 1.0], power=1.5).imprint
+    assert longer is not None
+    assert longer.recovered == pytest.approx(1, abs=1e-12)
+    # Without a way back, and while it bears a load, nobody knows what stays.
+    assert steps_of(down).imprint is None
+    assert steps_of([*down, *down[-2:0:-1]]).imprint is None
+
+
+@settings(max_examples=30)
+@given(st.lists(st.floats(0.01, 0.5), min_size=3, max_size=8), st.data())
+def test_first_yield_lies_between_two_steps_where_a_straight_load_says(each: list[float], data: st.DataObject) -> None:
+    s = (0.9 - np.cumsum(each)).tolist()
+    at = data.draw(st.integers(2, len(s) - 1))
+    found = steps_of(s, at).first_yield
+    assert found is not None
+    ends = np.array([s[at - 1], s[at]])
+    for value, (middle, half) in ((ends, found.separation), (1 - ends, found.load), (2 * (1 - ends), found.pressure)):
+        # The slope is a difference of numbers of order one over 0.01 at least.
+        assert middle == pytest.approx(value.mean(), abs=1e-12)
+        assert half == pytest.approx(abs(value[1] - value[0]) / 2, abs=1e-12)
+    # Less than two states before it, or one out of contact, tell no slope.
+    assert steps_of(s, 1).first_yield is None
+    lost = list(steps_of(s, 2).steps)
+    lost[0] = replace(lost[0], area_rep=0.0)
+    assert replace(steps_of(s, 2), steps=tuple(lost)).first_yield is None
+
+
+def test_slip_that_a_smaller_load_keeps_and_none_does_not_is_not_plastic() -> None:
+    run = steps_of([1.0, 0.5, 0.0, -0.1, 0.3, 0.7, 1.0], 3)
+    assert run.unloaded == 6
+    assert run.plastic is True
+    back = [replace(step, slipped=0, status="CONVERGED") for step in run.steps[5:]]
+    sprang = replace(run, steps=(*run.steps[:5], *back))
+    assert sprang.steps[4].slipped
+    assert sprang.unloaded == 6
+    assert sprang.plastic is False
+    assert replace(run, steps=run.steps[:5]).plastic is None
+
+
+def test_an_imprint_is_what_has_not_sprung_back() -> None:
+    moved = np.zeros(SITES)
+    moved[0, 2, 2] = (0.0, 0.0, -0.6)
+    moved[1, 2, 2, 0] = 0.4
+    found = steps_of([1.0, 0.5, 0.0, 1.0], 2, moved).imprint
+    assert found is not None
+    # Down 1/8 + 3/8 of the work, and up 1/2 of it in one step.
+    assert (found.displaced, found.depth, found.recovered) == (1, 0.6, pytest.approx(1))
+    lost = steps_of([1.0, 0.5, 0.0, 0.5, 1.0], 2, moved)
+    half = [replace(step, load=step.load * (i < 3)) for i, step in enumerate(lost.steps)]
+    given_back = replace(lost, steps=tuple(half)).imprint
+    assert given_back is not None
+    assert given_back.recovered == pytest.approx(0.5)  # a triangle of half a step
+
+
 def test_copper_slips_under_a_sharp_sphere_and_springs_back(tmp_path: Path) -> None:
     # 3 a0 deep into 12 a0: mean strains of tens of percent, beyond the strength of any crystal.
     with pytest.warns(UserWarning, match="slope"):
@@ -132,12 +247,33 @@ def test_copper_slips_under_a_sharp_sphere_and_springs_back(tmp_path: Path) -> N
     assert f"{run.steps[2].faulted} stand in stacking faults (hcp)" in text
     assert f"before it the crystal held {run.steps[1].load:.4g} E*" in text
     assert "In step 4, unloaded, none has: it sprang back, and is not plastic." in text
+    first = run.first_yield
+    assert first is not None
+    assert first.separation == pytest.approx((-0.4, 0.2))
+    assert first.load[0] - first.load[1] == pytest.approx(run.steps[1].load)
+    assert "First yield, half way between steps 2 and 3: separation -0.4 ± 0.2 a0" in text
+    assert run.imprint is None  # the last step still bears a load
+    elastic = replace(run, steps=run.steps[:2])
+    assert f"No atom has slipped, up to N/A0 = {run.steps[1].load:.4g} E*" in elastic.sheets()[0].text()
+    # Nothing is said of states that are none.
+    lost = replace(run, steps=tuple(replace(step, status="FORCES_LEFT") for step in run.steps))
+    for other in (lost, replace(elastic, description=replace(run.description, bonded=True))):
+        assert "slipped," not in other.sheets()[0].text()
+    figure = draw_slip(run)
+    assert [len(line.get_xdata()) for line in figure.axes[1].lines][1:] == [
+        run.steps[2].slipped - run.steps[2].faulted, run.steps[2].faulted,
+    ]  # fmt: skip
     with pytest.raises(c.NotConvergedError, match="the crystal has slipped"):
         read_result(run.directory, 3).require()
-    # The same, had some kept their new neighbours; and without a step that is unloaded.
-    kept = replace(run, steps=(*run.steps[:3], replace(run.steps[3], slipped=7, status="YIELDED")))
-    assert kept.plastic
-    assert "In step 4, unloaded, 7 still have: it is plastic." in kept.sheets()[0].text()
+    # Had some kept their new neighbours, under less load and without any; and without a step that is unloaded.
+    for load, plastic, words in (
+        (run.steps[3].load, None, f"7 still have at N/A0 = {run.steps[3].load:.4g} E*"),
+        (0.0, True, "unloaded, 7 still have: it is plastic."),
+    ):
+        step = replace(run.steps[3], slipped=7, status="YIELDED", load=load)
+        kept = replace(run, steps=(*run.steps[:3], step))
+        assert kept.plastic is plastic
+        assert f"In step 4, {words}" in kept.sheets()[0].text()
     under_load = replace(run, steps=run.steps[:3])
     assert under_load.plastic is None
     assert "Whether that is plastic is not known" in under_load.sheets()[0].text()
