@@ -34,6 +34,7 @@ from docs.studies import (
     threshold_of_atoms,
 )
 from docs.studies.judgement import MEASURED, Mean
+from docs.studies.tables import KEPT, shown
 
 DOCS = Path(__file__).parents[1]
 _MARKED = re.compile(r"<!--made:([\w.-]+)-->(.*?)<!--end-->", re.DOTALL)
@@ -234,6 +235,7 @@ _CLAIMS = {
 """Claims of the paper, each with the number that the table of the manual quotes."""
 
 MADE: dict[str, Callable[[], str]] = {
+    **{f"table.{name}": lambda file=file: shown(file) for name, file in KEPT.items()},
     "law": law.tables,
     "judgement": lambda: judgement.tables(_judged()),
     "short_range": lambda: "\n".join(short_range.lines(_stored(short_range.FILE))),
