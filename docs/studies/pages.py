@@ -20,6 +20,7 @@ from docs.studies import (
     classes,
     exponents,
     figure2,
+    finite_size,
     judgement,
     kappa_of_one_state,
     law,
@@ -251,6 +252,8 @@ MADE: dict[str, Callable[[], str]] = {
     "patches": lambda: "\n".join(patches.lines(patches.stored())),
     "figure2": lambda: "\n".join(figure2.lines()),
     "stiffness": lambda: "\n".join(stiffness.lines()),
+    "finite_size": lambda: "\n".join(finite_size.lines()),
+    "finite_size.judged": lambda: "\n".join(finite_size.judged()),
     "rivals": lambda: "\n".join(rivals.lines(_stored(rivals.FILE))),
     # An exponent of zero has no sign.
     "exponents": lambda: exponents.tables().replace("-0.00 (", "+0.00 ("),
