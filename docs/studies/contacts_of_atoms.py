@@ -8,7 +8,6 @@ the table of docs/studies/contacts_of_atoms.md.
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,8 +26,10 @@ from continuum.model.problem import ContactProblem
 from continuum.model.surfaces import CylinderSurface, sine, sphere
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
+from continuum.sheet import Sheet
 from continuum.solve.solution import Settings
 from continuum.theory.smooth import Hertz
+from docs.studies.tables import keep
 from tests.classical import Westergaard
 
 __all__ = ["CONTACTS", "Compared", "compare"]
@@ -125,19 +126,20 @@ def compare(name: str, n: int, indentation: float = 0.0002) -> Compared:
 
 
 def main() -> None:
-    """Print the table."""
+    """Print and keep the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--n", type=int, nargs="+", default=[32, 64], help="surface atoms a side (default 32 64)")
     heads = ("contact", "atoms a side", "load, E* a0²", "peak pressure, E*", "theory: peak", "theory: pressure",
              "lattice: load", "lattice: pressure")  # fmt: skip
-    sys.stdout.write(f"| {' | '.join(heads)} |\n{'|---' * len(heads)}|\n")
+    rows = []
     for n in parser.parse_args().n:
         for name in CONTACTS:
             found = compare(name, n)
-            sys.stdout.write(
-                f"| {name} | {n} | {found.load:.4f} | {found.peak:.5f} | {100 * found.theory_peak:+.2f} % "
-                f"| {100 * found.theory:.2f} % | {100 * found.lattice_load:+.4f} % | {100 * found.lattice:.4f} % |\n"
-            )
+            rows.append((
+                name, n, f"{found.load:.4f}", f"{found.peak:.5f}", f"{100 * found.theory_peak:+.2f} %",
+                f"{100 * found.theory:.2f} %", f"{100 * found.lattice_load:+.4f} %", f"{100 * found.lattice:.4f} %",
+            ))  # fmt: skip
+    keep("contacts_of_atoms", Sheet.of("contacts of atoms", heads, rows))
 
 
 if __name__ == "__main__":

@@ -17,9 +17,11 @@ import numpy as np
 
 import continuum as c
 from continuum.model.walls.attraction import Shape, attraction_on_core
+from continuum.sheet import Sheet
 from continuum.topography.instruments import measurements
 from continuum.topography.reading import read_topography
 from continuum.topography.spectra import joined
+from docs.studies.tables import keep
 
 __all__ = ["CONTACT_MODULUS", "RANGE", "WORK", "effective_work", "film"]
 
@@ -66,20 +68,19 @@ def gained(states: Sequence[tuple[float, float, float]], unit: float) -> tuple[f
     return unit * float(np.trapezoid(-load, -gap)), float(area[-1])
 
 
-def lines(container: Path) -> Iterator[str]:
-    """A table with a line for each surface and shape."""
-    yield "| surface | h_rms, nm | shape | effective work, mJ/m² | of w | A_rep there |\n|---|---|---|---|---|---|"
+def rows(container: Path) -> Iterator[tuple[str, ...]]:
+    """A row for each surface and shape."""
     for seed in range(3):
         heights, spacing = film(container, seed)
         for shape in get_args(Shape):
             work, area = effective_work(heights, spacing, shape)
             rms = 1e9 * np.std(heights)
-            yield f"| {seed} | {rms:.2f} | {shape} | {1e3 * work:.2f} | {work / WORK:.3f} | {area:.1e} |"
+            yield str(seed), f"{rms:.2f}", shape, f"{1e3 * work:.2f}", f"{work / WORK:.3f}", f"{area:.1e}"
 
 
 if __name__ == "__main__":
     warnings.simplefilter(
         "ignore", UserWarning
     )  # of the slopes, 0.38, and of the grid: docs/studies/diamond_film.md says both
-    for line in lines(Path(sys.argv[1])):
-        sys.stdout.write(line + "\n")
+    heads = ("surface", "h_rms, nm", "shape", "effective work, mJ/m²", "of w", "A_rep there")
+    keep("diamond_film", Sheet.of("the film", heads, rows(Path(sys.argv[1]))))

@@ -24,6 +24,7 @@ from continuum.sheet import Sheet
 from continuum.solve.solution import NotConvergedError
 from continuum.theory.smooth import tabor_parameter
 from docs.studies.one_state import RESOLVED, load_kept
+from docs.studies.tables import keep
 
 CORE = 5.0
 
@@ -106,12 +107,12 @@ def _law(reach: float, core: float) -> WallOfWork:
 
 
 def main() -> None:
-    """Print the table."""
+    """Print and keep the table."""
     warnings.filterwarnings("ignore", category=UserWarning)
     heads = ("contact", "its points", "μ_T", "χ", "threshold over w_DMT", "w_low", "w_high", "the estimate",
              "w_DMT (1 + χ), load kept", "w of JKR", "")  # fmt: skip
     table = [row for body in BODIES for row in rows(body)]
-    sys.stdout.write(Sheet.of("one contact from DMT to JKR", heads, table).markdown() + "\n")
+    keep("one_contact", Sheet.of("one contact from DMT to JKR", heads, table))
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ from docs.studies import (
     classes,
     exponents,
     figure2,
+    finite_size,
     first_yield,
     judgement,
     kappa_of_one_state,
@@ -35,6 +36,7 @@ from docs.studies import (
     threshold_of_atoms,
 )
 from docs.studies.judgement import MEASURED, Mean
+from docs.studies.tables import KEPT, shown
 
 DOCS = Path(__file__).parents[1]
 _MARKED = re.compile(r"<!--made:([\w.-]+)-->(.*?)<!--end-->", re.DOTALL)
@@ -208,6 +210,7 @@ _CLAIMS = {
 """Claims of the paper, each with the number that the table of the manual quotes."""
 
 MADE: dict[str, Callable[[], str]] = {
+    **{f"table.{name}": lambda file=file: shown(file) for name, file in KEPT.items()},
     "law": law.tables,
     "judgement": lambda: judgement.tables(_judged()),
     "short_range": lambda: "\n".join(short_range.lines(_stored(short_range.FILE))),
@@ -223,6 +226,8 @@ MADE: dict[str, Callable[[], str]] = {
     "patches": lambda: "\n".join(patches.lines(patches.stored())),
     "figure2": lambda: "\n".join(figure2.lines()),
     "stiffness": lambda: "\n".join(stiffness.lines()),
+    "finite_size": lambda: "\n".join(finite_size.lines()),
+    "finite_size.judged": lambda: "\n".join(finite_size.judged()),
     "rivals": lambda: "\n".join(rivals.lines(_stored(rivals.FILE))),
     **{
         f"first_yield.{run}-steps": lambda run=run: first_yield.table(_stored(first_yield.STEPS), run)

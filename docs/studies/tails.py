@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ from continuum.sheet import Sheet
 from continuum.sweeps.collect import collect
 from continuum.sweeps.folder import Folder
 from continuum.theory.paper import ExpectedContact
+from docs.studies.tables import keep
 
 
 def tail_of(result: Result) -> dict[str, str | float]:
@@ -48,7 +48,7 @@ def main() -> None:
     cells = [
         (law, length, *(f"{value:.2f}" for value in found)) for law, length, *found in means.itertuples(index=False)
     ]
-    sys.stdout.write(Sheet.of("Means over surfaces, at 1 % area", list(means), cells).markdown() + "\n")
+    keep("tails", Sheet.of("Means over surfaces, at 1 % area", list(means), cells))
 
 
 if __name__ == "__main__":

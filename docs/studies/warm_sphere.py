@@ -10,7 +10,6 @@ the same load within two standard errors, as elastic constants that soften by so
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +24,9 @@ from continuum.model.problem import ContactProblem
 from continuum.model.substrates import TabulatedSubstrate
 from continuum.model.walls import Wall
 from continuum.path.loading import solve
+from continuum.sheet import Sheet
 from continuum.solve.solution import Settings
+from docs.studies.tables import keep
 
 POTENTIALS = {"silver": "Ag_u3.eam", "copper": "Cu_mishin1.eam.alloy"}
 SEPARATION, RADIUS, ADHESION_LENGTH = 1.1, 40.0, 0.005
@@ -89,19 +90,20 @@ def main() -> None:
     parser.add_argument("--dwell", type=int, default=8, help="windows that are averaged")
     parser.add_argument("--seeds", type=int, default=2)
     given = parser.parse_args()
-    write = sys.stdout.write
-    write("| metal | seed | N/A0, atoms | theory at 300 K | theory at 0 K | atoms less theory, standard errors |\n")
-    write("|---|---|---|---|---|---|\n")
+    heads = ("metal", "seed", "N/A0, atoms (E*)", "theory at 300 K", "theory at 0 K",
+             "atoms less theory, standard errors")  # fmt: skip
+    rows = []
     for metal in POTENTIALS:
         for seed in range(1, given.seeds + 1):
             with tempfile.TemporaryDirectory() as folder:
                 found = compare(metal, seed, given.n, given.depth, given.dwell, Path(folder))
             atoms = found.atoms
-            write(
-                f"| {metal} | {seed} | {atoms.mean:.5f} ± {atoms.error:.5f} | {found.theory:.5f} | "
-                f"{found.at_rest:.5f} | {(atoms.mean - found.theory) / atoms.error:+.1f} {atoms.doubts}|\n"
-            )
-            sys.stdout.flush()
+            off = f"{(atoms.mean - found.theory) / atoms.error:+.1f} {atoms.doubts}".rstrip()
+            rows.append((
+                metal, seed, f"{atoms.mean:.5f} ± {atoms.error:.5f}", f"{found.theory:.5f}", f"{found.at_rest:.5f}",
+                off,
+            ))  # fmt: skip
+    keep("warm_sphere", Sheet.of("warm sphere", heads, rows))
 
 
 if __name__ == "__main__":
