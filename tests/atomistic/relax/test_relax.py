@@ -198,7 +198,8 @@ def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
         alone, expected = cell.evaluate(at)
     expected = expected.reshape(forces.shape) * model.length / model.energy
     expected[6:] = 0  # the base is held
-    assert energy == pytest.approx(alone / model.energy, rel=1e-13)
+    # Either is a running sum over the atoms, in an order of its own.
+    assert energy == pytest.approx(alone / model.energy, rel=slab.size * np.finfo(float).eps)
     assert np.abs(expected).max() > 0.02
     assert np.allclose(forces, expected, rtol=0, atol=1e-12)
 
