@@ -67,14 +67,6 @@ class WallSession(Session):
 
         self.apply(force)
 
-    def displacements(self) -> Real:
-        """Displacements of the atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
-        moved = self._gathered("x").reshape(*self.slab.ids.shape, 3) / self.length - self._rest
-        # Atoms that crossed the border of the box have come back on the other side.
-        period = np.array(self.slab.shape, dtype=np.float64)
-        moved[..., :2] -= period * np.rint(moved[..., :2] / period)
-        return moved
-
     def _raise_failure(self) -> None:
         failure, self._failure = self._failure, None
         if failure is not None:

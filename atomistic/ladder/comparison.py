@@ -19,7 +19,7 @@ from atomistic.ladder.rungs import CONTINUUM_RUNGS, Difference, Rung, RungName
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.engine import runner
 from atomistic.lammps.result import DeckResult
-from atomistic.relax.relax import lattice_start, relax
+from atomistic.relax.relax import lattice_start, relax, relax_in
 from atomistic.relax.specimen import Specimen, specimen_of
 from continuum.measure.contact import quantity, totals_of
 from continuum.model.fourier import Real
@@ -142,9 +142,13 @@ def compare_on_path(
 
 
 @lru_cache(maxsize=1)
-def _specimen_of_worker(config: ValidateConfig) -> Specimen:
-    """The substrate of all paths of a worker; it is freed at the end of the validation."""
-    return specimen_of(config)
+def _specimens_of_worker(config: ValidateConfig) -> tuple[Specimen, Specimen | None]:
+    """The substrate of all paths of a worker, and the same slab of springs, where the crystal is another.
+
+    They are freed at the end of the validation, with the LAMMPS of each.
+    """
+    of = specimen_of(config)
+    return of, None if of.model.harmonic else of.of_model(Springs(), of.slab.grid, of.slab.depth)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,13 +162,11 @@ class _Comparison:
 
     @cached_property
     def specimen(self) -> Specimen:
-        return _specimen_of_worker(self.config)
+        return _specimens_of_worker(self.config)[0]
 
     @cached_property
     def springs(self) -> Specimen | None:
-        """The same slab of springs, where the crystal is another."""
-        of = self.specimen
-        return None if of.model.harmonic else of.of_model(Springs(), self.grid, of.slab.depth)
+        return _specimens_of_worker(self.config)[1]
 
     @cached_property
     def wall(self) -> LennardJonesSpline:
@@ -217,11 +219,15 @@ class _Comparison:
         tolerance = self.config.solver.force_tolerance * self.path.rms_slope
         under = of.slab, of.model, self.wall, self.heights, linear.separation
         deck = Deck(*under, start, tolerance=tolerance, rise=rise)
-        # With another LAMMPS command the library may be missing in this process: the deck then does all the work.
-        response = of.response if self.lmp_command is None else None
-        with tempfile.TemporaryDirectory() as scratch:
-            directory = Path(scratch) / "deck" if self.decks is None else self.decks / label
-            found = relax(deck, directory, response, runner(self.lmp_command)).require()
+        if self.decks is None and self.lmp_command is None:
+            found = relax_in(of.session, deck, of.response)
+        else:
+            # With another LAMMPS command the library may be missing in this process: the deck then does all the work.
+            response, session = (of.response, of.session) if self.lmp_command is None else (None, None)
+            with tempfile.TemporaryDirectory() as scratch:
+                directory = Path(scratch) / "deck" if self.decks is None else self.decks / label
+                found = relax(deck, directory, response, runner(self.lmp_command), session)
+        found.require()
         totals = vars(totals_of(self.grid, self.wall, found.gap))
         return Rung(**totals, name=name, separation=linear.separation, gap=found.gap, traction=found.traction), found
 

@@ -2,7 +2,10 @@
 
 import contextlib
 import ctypes
+import shutil
 import tempfile
+import weakref
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Self
@@ -11,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.crystal.model import AnyCrystalModel, Potential
+from atomistic.lammps.deck import Deck, render, write_deck
 from atomistic.lammps.directory import read_slab
 from atomistic.lammps.engine import guard, open_library
-from atomistic.lammps.result import LammpsError
+from atomistic.lammps.language import formatted
+from atomistic.lammps.result import DeckResult, LammpsError
 from continuum.model.fourier import Real
 
 
@@ -153,12 +158,30 @@ class Session(LammpsHandle):
         self.slab = read_slab(Path(directory) / "slab.data")
         super().__init__(Path(directory))
         try:
-            self.run("in.slab")
-            self.length, self.energy = self.variable("length_unit"), self.variable("energy_unit")
-            self._rest = self._where_at_rest()
+            self._begin()
         except BaseException:
             self.close()
             raise
+
+    @classmethod
+    def on_atoms_of(cls, deck: Deck) -> Self:
+        """LAMMPS on the atoms of a deck at rest, for all decks of these atoms; its files go when it does."""
+        folder = tempfile.mkdtemp()
+        try:
+            session = cls(write_deck(Path(folder), replace(deck, displacements=None)))
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        weakref.finalize(session, shutil.rmtree, folder, ignore_errors=True)
+        return session
+
+    def _begin(self) -> None:
+        self.command("clear")
+        self.run("in.slab")
+        # Sorted as it goes, the order of the atoms, and so the last digits of sums, would depend on what was before.
+        self.command("atom_modify sort 0 0")
+        self.length, self.energy = self.variable("length_unit"), self.variable("energy_unit")
+        self._rest = self._where_at_rest()
 
     def run(self, script: str) -> None:
         with contextlib.chdir(self.directory):
@@ -171,12 +194,64 @@ class Session(LammpsHandle):
     def evaluate(self, displacements: Real) -> tuple[float, Real]:
         """Energy, in E* a0³, and forces, in E* a0², at displacements from the slab at rest, in a0.
 
-        Displacements and forces have the shape (layers, nx, ny, 3).
+        Displacements and forces have the shape (layers, nx, ny, 3).  After an error, as of lost atoms, LAMMPS has them
+        at rest again.
         """
-        energy, forces = super().evaluate((self._rest + displacements) * self.length)
+        try:
+            energy, forces = super().evaluate((self._rest + displacements) * self.length)
+        except LammpsError:
+            self._begin()
+            raise
         if self._lammps.extract_setting("thermo_norm"):
             energy *= self.slab.size
         return energy / self.energy, forces / (self.energy / self.length)
+
+    def under(self, deck: Deck) -> DeckResult:
+        """The start of a deck of these atoms under its wall, as LAMMPS finds it by one evaluation of the forces.
+
+        The wall is one of formulas that is a function of the lattice site, at one separation.
+        """
+        slab = self.slab
+        heights = np.zeros(slab.size)
+        heights[: slab.surface_atoms] = deck.heights.ravel()
+        self._lammps.scatter("d_height", 1, 1, heights.ctypes.data_as(ctypes.POINTER(ctypes.c_double)))
+        before = self._defined()
+        with contextlib.chdir(self.directory):
+            self.command("variable separation delete", f"variable separation index {formatted(deck.separation)}")
+            guard(partial(self._lammps.commands_string, render(deck)["in.wall"]), self.directory)
+        energy, forces = self.evaluate(deck.start)
+        surface = np.argsort(self._lammps.numpy.extract_atom("id")[: slab.size])[: slab.surface_atoms]
+        gap, traction = (
+            np.array(self._lammps.extract_variable(name, "surface"))[surface].reshape(slab.shape)
+            for name in ("gap", "traction")
+        )
+
+        def total(name: str) -> float:
+            return float(self._lammps.extract_compute(name, 0, 0))
+
+        found = DeckResult(
+            slab=slab, heights=deck.heights, gap=gap, traction=traction, displacements=self.displacements(),
+            forces=forces, step=0, separation=deck.separation, offset_x=0.0, offset_y=0.0, target_force=0.0,
+            force=total("load"), lateral_x=total("lateral_x"), lateral_y=total("lateral_y"),
+            area_rep=total("area_rep"), area_att=total("area_att"), wall_energy=total("wall_energy"),
+            total_energy=energy, largest_force=total("largest_force") / (self.energy / self.length),
+            tolerance=deck.tolerance, smallest_gap=total("smallest_gap"), core=self.variable("core"), evaluations=1,
+            lammps_version=self._lammps.version(), bonded=deck.model.atom_style == "bond",
+        )  # fmt: skip
+        self.command("thermo_style one", *(f"un{kind} {name}" for kind, name in self._defined() - before))
+        return found
+
+    def _defined(self) -> set[tuple[str, str]]:
+        """Kinds and names of the fixes and computes in LAMMPS."""
+        return {(kind, name) for kind in ("fix", "compute") for name in self._lammps.available_ids(kind)}
+
+    def displacements(self) -> Real:
+        """Displacements of the atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
+        moved = self._gathered("x").reshape(self._rest.shape) / self.length - self._rest
+        # Atoms that crossed the border of the box have come back on the other side.
+        period = np.array(self.slab.grid.lengths)
+        moved[..., :2] -= period * np.rint(moved[..., :2] / period)
+        return moved
 
     def _where_at_rest(self) -> Real:
         """Positions without the displacements of the start, shape (layers, nx, ny, 3), in a0."""

@@ -2,12 +2,14 @@
 
 LAMMPS minimises the energy of a deck from its start.  If the linear response of the slab is known, that start can
 first be brought to equilibrium with few force evaluations: each iteration adds the difference of the atoms from the
-linear lattice, measured by LAMMPS, to the lattice problem and solves the contact again.  The deck is then written with
-this start, and its run, with its own wall, confirms the equilibrium, or finishes it with LAMMPS' minimisers if the
-iteration stalls.
+linear lattice, measured by LAMMPS, to the lattice problem and solves the contact again.  LAMMPS, with the wall of the
+deck, then confirms the equilibrium, or finishes it with its minimisers if the iteration stalls: in the run of the deck,
+or without any files in the session of the iteration.
 """
 
+import tempfile
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -40,6 +42,7 @@ def relax(
     directory: Path,
     response: LatticeResponse | None = None,
     run: Callable[[Path], DeckResult] = run_in_process,
+    session: Session | None = None,
 ) -> DeckResult:
     """Write a deck to a directory and run it there; returns the last state, for which ``require()`` should be called.
 
@@ -51,16 +54,30 @@ def relax(
         leaves all to the deck.
     run : function that runs the deck: :func:`~atomistic.lammps.engine.run_in_process`, or
         ``lambda directory: run_command(directory, "mpiexec -n 4 lmp")``.
+    session : LAMMPS on the atoms of the deck, for the iteration; a new one if None.
 
     Raises LammpsError if LAMMPS fails.
     """
-    write_deck(directory, deck, force=True)
-    if response is None:
-        return run(directory)
-    with Session(directory) as session:
-        better = iterate(deck, session, response)
-    write_deck(directory, replace(deck, displacements=better.displacements), force=True)
-    result = run(directory)
+    evaluations = 0
+    if response is not None:
+        with nullcontext(session) if session else Session.on_atoms_of(deck) as atoms:
+            better = iterate(deck, atoms, response)
+        deck, evaluations = replace(deck, displacements=better.displacements), better.evaluations
+    result = run(write_deck(directory, deck, force=True))
+    return replace(result, evaluations=result.evaluations + evaluations)
+
+
+def relax_in(session: Session, deck: Deck, response: LatticeResponse) -> DeckResult:
+    """Relax a deck in LAMMPS on its atoms; returns the state, for which ``require()`` should be called.
+
+    As :func:`relax`, but a deck is only written, for a while, if the iteration leaves forces to LAMMPS' minimisers.
+    """
+    better = iterate(deck, session, response)
+    deck = replace(deck, displacements=better.displacements)
+    result = session.under(deck)
+    if not result.largest_force <= deck.tolerance:
+        with tempfile.TemporaryDirectory() as folder:
+            result = relax(deck, Path(folder))
     return replace(result, evaluations=result.evaluations + better.evaluations)
 
 

@@ -1,7 +1,7 @@
 """The substrate of an input: its atoms, their interatomic model and linear response."""
 
 from dataclasses import dataclass
-from functools import singledispatch
+from functools import cached_property, singledispatch
 from typing import Any, Self, cast
 
 import numpy as np
@@ -10,6 +10,8 @@ from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import AnySlab, AtomSlab, Slab
 from atomistic.crystal.model import AnyCrystalModel, AnyModel, Model, check_model
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.session import Session
 from atomistic.relax.relax import lattice_start
 from atomistic.response.bulk import at_rest, slab_of_table
 from atomistic.response.cache import default_folder, response_key, stored_response
@@ -21,7 +23,7 @@ from continuum.files.tables import refuse
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import TabulatedSubstrate
-from continuum.model.walls import Wall
+from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.runs.cost import physical_memory
 from continuum.tables import Fault
 
@@ -44,6 +46,12 @@ class Specimen:
     def rise(self) -> Real:
         """Rise of each layer at rest above its lattice sites, in a0."""
         return self.response.rise
+
+    @cached_property
+    def session(self) -> Session:
+        """LAMMPS on these atoms, as long as the specimen is kept."""
+        flat, away = np.zeros(self.slab.shape), self.slab.depth  # room above the surface for what adhesion lifts
+        return Session.on_atoms_of(Deck(self.slab, self.model, LennardJonesSpline(0.0), flat, away, rise=self.rise))
 
     def start(self, wall: Wall, gap: Real) -> Real:
         """Displacements of the lattice at the equilibrium with this gap, shape (layers, nx, ny, 3), in a0."""

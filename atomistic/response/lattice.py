@@ -33,6 +33,7 @@ from atomistic.crystal.potentials import PotentialError
 from atomistic.response.force_constants import ForceConstants, force_constants, least_width, spring_force_constants
 from continuum.arguments import ArgumentError, array, instance
 from continuum.arguments import field as map_of
+from continuum.model import fourier
 from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Complex, Real
 from continuum.model.grid import Grid
@@ -287,19 +288,20 @@ class LatticeResponse:
         map_of("forces", given, given.shape)
 
         # From below: the load of each block, with what the blocks below it pass on.
+        spectra = self._forward(forces[: slab.mobile])
         loads: list[Complex] = []
-        for block in reversed(range(-(-min(len(forces), slab.mobile) // b))):
+        for block in reversed(range(-(-len(spectra) // b))):
             load = np.zeros((self._order.size, 3 * b, 1), dtype=np.complex128)
             for layer in self._layers(block):
-                if layer < len(forces):
+                if layer < len(spectra):
                     at = 3 * (layer - block * b)
-                    load[:, at : at + 3] = self._forward(forces[layer], layer)
+                    load[:, at : at + 3, 0] = spectra[layer].T
             if loads:
                 load -= chain.coupling(block) @ chain.solve(block + 1, loads[-1])
             loads.append(load)
 
         # From above: each block follows the one over it.
-        result = np.zeros((slab.layers, *slab.shape, 3))
+        spectra = np.empty((slab.mobile, 3, self._order.size), dtype=np.complex128)
         u: Complex | None = None
         for block in range(self._blocks):
             load = loads.pop() if loads else np.zeros((self._order.size, 3 * b, 1), dtype=np.complex128)
@@ -308,7 +310,9 @@ class LatticeResponse:
             u = chain.solve(block, load)
             for layer in self._layers(block):
                 at = 3 * (layer - block * b)
-                result[layer] = self._inverse(u[:, at : at + 3, 0], layer)
+                spectra[layer] = u[:, at : at + 3, 0].T
+        result = np.zeros((slab.layers, *slab.shape, 3))
+        result[: slab.mobile] = self._inverse(spectra)
         return result
 
     def _layers(self, block: int) -> Iterator[int]:
@@ -322,21 +326,23 @@ class LatticeResponse:
         shift: Complex = np.exp(0.5j * (qx + qy))
         return shift
 
-    def _forward(self, vectors: Real, layer: int) -> Complex:
-        """Amplitudes, shape (waves, 3, 1), of the vectors at the atoms of a layer."""
-        grid = self.slab.grid
-        spectrum = np.stack([grid.forward(vectors[..., c]) for c in range(3)], axis=-1)
-        if layer % 2:
-            spectrum /= self._shift[..., None]
-        return spectrum.reshape(-1, 3)[self._order, :, None]
+    def _forward(self, vectors: Real) -> Complex:
+        """Amplitudes, shape (n, 3, waves), of the vectors at the atoms of the uppermost n layers, (n, nx, ny, 3)."""
+        spectra = np.empty((len(vectors), 3, *self.slab.grid.shape_q), dtype=np.complex128)
+        fourier.rows_forward(np.ascontiguousarray(np.moveaxis(vectors, 3, 1)), spectra)
+        fourier.columns_forward(spectra)
+        spectra[1::2] *= self._shift.conj()
+        return spectra.reshape(*spectra.shape[:2], -1)[..., self._order]
 
-    def _inverse(self, amplitudes: Complex, layer: int) -> Real:
-        """Vectors at the atoms of a layer, shape (nx, ny, 3)."""
-        grid = self.slab.grid
-        spectrum = self._unsorted(amplitudes)
-        if layer % 2:
-            spectrum *= self._shift[..., None]
-        return np.stack([grid.inverse(np.ascontiguousarray(spectrum[..., c])) for c in range(3)], axis=-1)
+    def _inverse(self, amplitudes: Complex) -> Real:
+        """Vectors at the atoms of the uppermost layers, shape (n, nx, ny, 3)."""
+        n, waves = len(amplitudes), np.empty_like(amplitudes)
+        waves[..., self._order] = amplitudes
+        spectra, vectors = waves.reshape(n, 3, *self.slab.grid.shape_q), np.empty((n, 3, *self.slab.shape))
+        spectra[1::2] *= self._shift
+        fourier.columns_inverse(spectra)
+        fourier.rows_inverse(spectra, vectors)
+        return np.moveaxis(vectors, 1, 3)
 
     def _unsorted(self, values: Complex) -> Complex:
         """Values at the sorted waves, back on the half spectrum."""

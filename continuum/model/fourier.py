@@ -32,24 +32,24 @@ def padded(shape: tuple[int, int], kind: DTypeLike = np.float64) -> NDArray[Any]
 
 
 def rows_forward(values: Real, spectrum: Complex) -> None:
-    """First half of the forward transform of a block: along y."""
-    ducc0.fft.r2c(values, axes=(1,), inorm=2, out=spectrum)
+    """First half of the forward transform of a block, or of a stack of fields: along y, the last axis."""
+    ducc0.fft.r2c(values, axes=(values.ndim - 1,), inorm=2, out=spectrum)
 
 
 def columns_forward(spectrum: Complex) -> None:
     """Second half, along x, in place."""
-    ducc0.fft.c2c(spectrum, axes=(0,), inorm=2, out=spectrum)
+    ducc0.fft.c2c(spectrum, axes=(spectrum.ndim - 2,), inorm=2, out=spectrum)
 
 
 def columns_inverse(spectrum: Complex) -> None:
-    """First half of the inverse transform of a block: along x, in place."""
-    ducc0.fft.c2c(spectrum, axes=(0,), forward=False, out=spectrum)
+    """First half of the inverse transform of a block, or of a stack of fields: along x, in place."""
+    ducc0.fft.c2c(spectrum, axes=(spectrum.ndim - 2,), forward=False, out=spectrum)
 
 
 def rows_inverse(spectrum: Complex, values: Real) -> None:
     """Second half, along y; destroys the spectrum."""
-    n = values.shape[1]
-    ducc0.fft.c2r(spectrum, axes=(1,), lastsize=n, forward=False, out=values, allow_overwriting_input=True)
+    y, n = values.ndim - 1, values.shape[-1]
+    ducc0.fft.c2r(spectrum, axes=(y,), lastsize=n, forward=False, out=values, allow_overwriting_input=True)
 
 
 def cut(values_q: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:

@@ -8,17 +8,16 @@ the table of docs/studies/contacts_of_atoms.md.
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck
-from atomistic.relax.relax import lattice_start, relax
+from atomistic.lammps.session import Session
+from atomistic.relax.relax import lattice_start, relax_in
 from atomistic.response.lattice import LatticeResponse
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -102,8 +101,8 @@ def compare(name: str, n: int, indentation: float = 0.0002) -> Compared:
     lattice = solve(problem, "separation", separation, Settings(1e-9)).solution.require()
     start = lattice_start(response, WALL, lattice.gap)
     deck = Deck(slab, Springs(), WALL, heights, separation, start, tolerance=1e-10)
-    with tempfile.TemporaryDirectory() as folder:
-        atoms = relax(deck, Path(folder), response).require()
+    with Session.on_atoms_of(deck) as session:
+        atoms = relax_in(session, deck, response).require()
     x, y = (position - n / 2 for position in grid.positions)
     pressure = {
         "atoms": atoms.traction,

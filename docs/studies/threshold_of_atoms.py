@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -31,8 +30,7 @@ from scipy.stats import t
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, response_of
-from atomistic.lammps.deck import Deck, write_deck
-from atomistic.lammps.session import Session
+from atomistic.lammps.deck import Deck
 from atomistic.relax.relax import iterate, lattice_start
 from atomistic.relax.specimen import Specimen, specimen_of
 from continuum.files.inputs import load
@@ -124,22 +122,19 @@ def on_atoms(
     problem, gap = lattice(here)
     deck = Deck(specimen.slab, specimen.model, problem.wall, heights, float(here[0]),
                 lattice_start(response, problem.wall, gap), tolerance=TOLERANCE, rise=response.rise)  # fmt: skip
-    with tempfile.TemporaryDirectory() as folder:
-        write_deck(Path(folder), deck, force=True)
-        with Session(Path(folder)) as session:
-            for _ in range(TRIALS):
-                problem, gap = lattice(here)
-                start = lattice_start(response, problem.wall, gap)
-                now = replace(deck, wall=problem.wall, separation=float(here[0]), displacements=start)
-                found = iterate(now, session, response)
-                if not found.converged:
-                    raise RuntimeError(f"atoms did not converge: largest forces {found.largest_forces[-3:]}")
-                trial = trial_of(problem, here[0] + heights - found.displacements[0, ..., 2])
-                sys.stderr.write(f"    {here[0]:.4f} a0, w {np.exp(here[1]):.3e}: {trial.off}\n")
-                # Half a point of the grid is met.
-                if abs(trial.off[0]) <= max(0.02, 0.6 / (AREA * grid.size)) and abs(trial.off[1]) <= WIDTH:
-                    return float(np.exp(here[1] - trial.off[1])), trial.totals.area_rep
-                here = here - DAMPED * np.linalg.solve(slopes, trial.off)
+    for _ in range(TRIALS):
+        problem, gap = lattice(here)
+        start = lattice_start(response, problem.wall, gap)
+        now = replace(deck, wall=problem.wall, separation=float(here[0]), displacements=start)
+        found = iterate(now, specimen.session, response)
+        if not found.converged:
+            raise RuntimeError(f"atoms did not converge: largest forces {found.largest_forces[-3:]}")
+        trial = trial_of(problem, here[0] + heights - found.displacements[0, ..., 2])
+        sys.stderr.write(f"    {here[0]:.4f} a0, w {np.exp(here[1]):.3e}: {trial.off}\n")
+        # Half a point of the grid is met.
+        if abs(trial.off[0]) <= max(0.02, 0.6 / (AREA * grid.size)) and abs(trial.off[1]) <= WIDTH:
+            return float(np.exp(here[1] - trial.off[1])), trial.totals.area_rep
+        here = here - DAMPED * np.linalg.solve(slopes, trial.off)
     raise RuntimeError("the threshold on atoms was not found")
 
 

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import ase.build
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -15,7 +20,7 @@ from atomistic.cli import main
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.ladder import archive, budget
+from atomistic.ladder import archive, budget, comparison
 from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, compare_on_path, paths_of
 from atomistic.ladder.rungs import (
     CONTINUUM_RUNGS,
@@ -28,7 +33,9 @@ from atomistic.ladder.rungs import (
     rung_of,
     state_at_area,
 )
+from atomistic.lammps import session
 from atomistic.lammps.engine import run_command
+from atomistic.relax import relax
 from atomistic.response.lattice import LatticeResponse
 from atomistic.show.validation import validation_sheets, validation_statements
 from continuum.files.inputs import load
@@ -100,9 +107,45 @@ def config(tmp_path_factory: pytest.TempPathFactory) -> ValidateConfig:
     return load(path, ValidateConfig)
 
 
+COUNTED = {
+    "LAMMPS opened": (session, "open_library"),
+    "decks written for a LAMMPS": (session, "write_deck"),
+    "decks written for a state": (relax, "write_deck"),
+    "evaluations": (session.LammpsHandle, "evaluate"),
+    "lattices laid": (ase.build, "fcc100"),
+    "slabs": (Slab, "__post_init__"),
+}
+"""Work that is counted, by its function."""
+
+
+@contextmanager
+def counting() -> Iterator[Counter[str]]:
+    """How often each of these functions is called, from an empty worker on."""
+    calls = Counter[str]()
+
+    def counted(what: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any, **named: Any) -> Any:
+            calls[what] += 1
+            return function(*arguments, **named)
+
+        return call
+
+    comparison._specimens_of_worker.cache_clear()
+    with pytest.MonkeyPatch.context() as patch:
+        for what, (owner, name) in COUNTED.items():
+            patch.setattr(owner, name, counted(what, getattr(owner, name)))
+        yield calls
+
+
 @pytest.fixture(scope="module")
-def results(config: ValidateConfig) -> list[PathResult]:
-    return [compare_on_path(config, path) for path in paths_of(config)]
+def compared(config: ValidateConfig) -> tuple[list[PathResult], Counter[str]]:
+    with counting() as calls:
+        return [compare_on_path(config, path) for path in paths_of(config)], calls
+
+
+@pytest.fixture
+def results(compared: tuple[list[PathResult], Counter[str]]) -> list[PathResult]:
+    return compared[0]
 
 
 @pytest.fixture
@@ -128,6 +171,32 @@ def test_rungs_are_compared_at_equal_mean_gap_and_atoms_at_equal_separation(resu
             # Equal separation and equal compliance: mean gaps differ by the nonlinearity only, but they do.
             assert rungs["atoms"].mean_gap == pytest.approx(rungs["lattice"].mean_gap, abs=1e-3)
             assert rungs["atoms"].mean_gap != rungs["lattice"].mean_gap
+
+
+def test_all_states_of_a_worker_share_one_lammps(compared: tuple[list[PathResult], Counter[str]]) -> None:
+    results, calls = compared
+    states = [state for result in results for state in result.states]
+    assert len(states) == 4
+    assert calls == {
+        "LAMMPS opened": 1,
+        "decks written for a LAMMPS": 1,
+        "evaluations": sum(state.evaluations for state in states),
+        "lattices laid": 2,  # of the slab, and as LAMMPS reads it
+        "slabs": 2,
+    }
+
+
+def test_a_kept_deck_is_written_once_and_says_the_same(
+    config: ValidateConfig, results: list[PathResult], tmp_path: Path
+) -> None:
+    with counting() as calls:
+        kept = compare_on_path(config, paths_of(config)[0], tmp_path).states
+    assert calls["decks written for a state"] == len(kept) == len(list(tmp_path.iterdir())) == 1
+    assert calls["LAMMPS opened"] == 1
+    for one, other in zip(kept, results[0].states, strict=True):
+        # The same start to the last digit, and so the same gaps.
+        assert np.array_equal(one.rungs["atoms"].gap, other.rungs["atoms"].gap)
+        assert np.array_equal(one.rungs["atoms"].traction, other.rungs["atoms"].traction)
 
 
 def test_only_the_lattice_gives_way_as_a_whole(results: list[PathResult]) -> None:

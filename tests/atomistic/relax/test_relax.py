@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +11,12 @@ import pytest
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck, write_deck
-from atomistic.lammps.engine import run_command
+from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.engine import script as find
 from atomistic.lammps.law import read_wall_table
+from atomistic.lammps.result import DeckResult, LammpsError
 from atomistic.lammps.session import Session
-from atomistic.relax.relax import iterate, relax
+from atomistic.relax.relax import iterate, relax, relax_in
 from atomistic.response.lattice import LatticeResponse
 from continuum.model.grid import Grid
 from continuum.model.walls import LennardJonesSpline
@@ -86,6 +87,35 @@ def test_all_roads_lead_to_one_equilibrium(tmp_path, slope, adhesion_length):
     assert np.abs(fast.displacements - deck.start).max() > 0.01 * slope**2
     # Balance: what the wall pushes, the base takes up; no net lateral force is left.
     assert np.abs(fast.forces.sum(axis=(0, 1, 2))).max() < 1e-8 * pushing
+
+
+@pytest.mark.parametrize("name", ["springs", "lj"])
+def test_a_session_finds_what_the_run_of_the_deck_finds(tmp_path, name):
+    problem, _, deck = on_atoms(slope=0.05, adhesion_length=0.005, name=name)
+    with Session.on_atoms_of(deck) as session:
+        first = relax_in(session, deck, problem.substrate).require()
+        # What was done before leaves no trace: another wall, and atoms that LAMMPS loses.
+        other = replace(deck, wall=LennardJonesSpline(0.0005), heights=-deck.heights, separation=deck.separation + 0.1)
+        assert relax_in(session, other, problem.substrate).require().area_rep != first.area_rep
+        with pytest.raises(LammpsError):
+            session.evaluate(100 * np.random.default_rng(1).normal(size=deck.start.shape))
+        again = relax_in(session, deck, problem.substrate)
+    folder = Path(session.directory)
+    del session
+    assert not folder.exists()
+    run = run_in_process(write_deck(tmp_path, replace(deck, displacements=first.displacements)))
+    for field in fields(DeckResult):
+        one, same, ran = (getattr(result, field.name) for result in (first, again, run))
+        if isinstance(one, np.ndarray):
+            assert np.array_equal(one, same)
+            # Of forces, sums over neighbours in another order.
+            assert np.allclose(ran, one, rtol=0, atol=1e-14)
+        elif field.name == "largest_force":
+            assert one == same == pytest.approx(ran, abs=1e-14)
+        elif field.name not in ("slab", "evaluations", "structure"):
+            # LAMMPS prints 15 digits of most; sums over 256 surface atoms.
+            assert one == same
+            assert ran == pytest.approx(one, rel=1e-12, abs=1e-13)
 
 
 def test_the_difference_to_the_lattice_is_geometric(tmp_path):
@@ -198,7 +228,8 @@ def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
         alone, expected = cell.evaluate(at)
     expected = expected.reshape(forces.shape) * model.length / model.energy
     expected[6:] = 0  # the base is held
-    assert energy == pytest.approx(alone / model.energy, rel=1e-13)
+    # Either is a running sum over the atoms, in an order of its own.
+    assert energy == pytest.approx(alone / model.energy, rel=slab.size * np.finfo(float).eps)
     assert np.abs(expected).max() > 0.02
     assert np.allclose(forces, expected, rtol=0, atol=1e-12)
 
