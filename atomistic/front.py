@@ -19,7 +19,7 @@ from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
 from atomistic.relax.certify import DeckCertificate, certify_deck
 from atomistic.relax.deckrun import ContinuumStep, DeckSteps
-from atomistic.relax.decks import deck_input, deck_of, deck_units, parts_of, parts_under, steps_in_units
+from atomistic.relax.decks import DeckParts, deck_input, deck_of, deck_units, parts_of, parts_under, steps_in_units
 from atomistic.response.lattice import Discreteness, LatticeResponse, discreteness
 from atomistic.response.material import model_of
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, function, instance, number, several
@@ -165,6 +165,7 @@ def deck(
     follows: Literal["site", "atom"] | Shape | None = None,
     wall_force: WallForce | None = None,
     wall_crystal: Mapping[str, Any] | None = None,
+    start: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Deck:
     """A LAMMPS deck from a contact, or from an input file, which has all other settings.
@@ -186,8 +187,11 @@ def deck(
         installed LAMMPS when the deck is written, or by "atoms" of a rigid crystal along heights that follow "atom",
         with a pair law of the work of adhesion of the contact's law.
     wall_crystal : the table [wall_crystal] of an input, for a wall of atoms: ``{"form": "bent", "rows": (17, 0)}``.
-    progress : called while a crystal is measured at a temperature, which takes about a minute, with the number of
-        finished runs and of all; not called if the result is on disk.
+    start : whether the package relaxes each state of the steps first, from the one before, by its own iteration, which
+        takes a tenth of LAMMPS' evaluations; LAMMPS starts each step from its state, and says how far atoms moved.  A
+        wall in motion has no such states.
+    progress : called with the number of finished parts and of all, while states are relaxed; or while a crystal is
+        measured at a temperature, which takes about a minute, unless the result is on disk.
 
     Raises
     ------
@@ -198,6 +202,7 @@ def deck(
         start from.
     """
     function("progress", progress)
+    flag("start", start)
     steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
     if isinstance(contact, str | os.PathLike | DeckConfig):
         others = {"model": model, **steps, "depth": depth, "follows": follows, "wall_force": wall_force,
@@ -208,7 +213,7 @@ def deck(
             raise TypeError(f"contact is {file}, which has all other settings: leave out {said}, or change the file")
         if isinstance(contact, str | os.PathLike):
             contact = deck_input(file_name("contact", contact), progress)
-        return deck_of(parts_of(contact, progress), progress)
+        return _made(parts_of(contact, progress), start, progress)
     instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
     if model is not None:
         check_potential("model", model)
@@ -229,7 +234,18 @@ def deck(
         crystal = crystal_of(wall_crystal)
     model = model or Springs()
     done = _steps(**steps_in_units(steps, model, progress))
-    return deck_of(parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas", crystal), progress)
+    parts = parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas", crystal)
+    return _made(parts, start, progress)
+
+
+def _made(parts: DeckParts, start: bool, progress: Callable[[int, int], None] | None) -> Deck:
+    if not start:
+        return deck_of(parts, progress)
+    if parts.steps.motion is not None:
+        raise ArgumentError("start", start, "False here: a wall in motion has no states at rest to start from")
+    from atomistic.atoms.starts import with_starts
+
+    return with_starts(deck_of(parts), progress)
 
 
 def _steps(**given: Any) -> Steps:
