@@ -58,7 +58,7 @@ def deck(
     output: Annotated[Path | None, Parameter(help="directory of the deck (default: decks/NAME)")] = None,
     start: Annotated[
         bool,
-        Parameter(help="relax each state first, by a tenth of LAMMPS' evaluations, so that LAMMPS only confirms it"),
+        Parameter(help="relax each state first, by the package, so that LAMMPS only confirms it"),
     ] = False,
     run: Annotated[bool, Parameter(help="run it at once and print its states")] = False,
     force: Annotated[

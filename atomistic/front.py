@@ -187,8 +187,8 @@ def deck(
         installed LAMMPS when the deck is written, or by "atoms" of a rigid crystal along heights that follow "atom",
         with a pair law of the work of adhesion of the contact's law.
     wall_crystal : the table [wall_crystal] of an input, for a wall of atoms: ``{"form": "bent", "rows": (17, 0)}``.
-    start : whether the package relaxes each state of the steps first, from the one before, by its own iteration, which
-        takes a tenth of LAMMPS' evaluations; LAMMPS starts each step from its state, and says how far atoms moved.  A
+    start : whether the package relaxes each state first, from the one before, by its own iteration, which takes fewer
+        evaluations than LAMMPS' minimisers; LAMMPS starts each step from its state, and says how far atoms moved.  A
         wall in motion has no such states.
     progress : called with the number of finished parts and of all, while states are relaxed; or while a crystal is
         measured at a temperature, which takes about a minute, unless the result is on disk.
