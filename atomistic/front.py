@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from atomistic.config.crystal import DEEPEST, SHALLOWEST, ElasticConfig
-from atomistic.config.deck import MOST_STEPS, DeckConfig, crystal_of, steps_of
+from atomistic.config.deck import MOST_STEPS, DeckConfig, crystals_of, steps_of
 from atomistic.config.motion import LARGEST_PRESSURE, Steps
 from atomistic.config.quantities import in_both
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.interatomic import Springs
 from atomistic.crystal.model import ContactModulus, Model, Potential, check_potential
-from atomistic.lammps.crystal_wall import OWN
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
@@ -162,6 +161,7 @@ def deck(
     pressures: Sequence[float | str] | None = None,
     protocol: Mapping[str, Any] | None = None,
     depth: float | None = None,
+    crystal: Mapping[str, Any] | None = None,
     follows: Literal["site", "atom"] | Shape | None = None,
     wall_force: WallForce | None = None,
     wall_crystal: Mapping[str, Any] | None = None,
@@ -180,6 +180,8 @@ def deck(
     pressures : mean pressures in order, in E*, reached by moving the wall.
     protocol : the table [protocol] of an input, of any kind: ``{"kind": "velocity", "temperature": 1e-4, ...}``.
     depth : of the slab, in a0; its width if None.
+    crystal : the table [crystal] of an input, of a slab that is not fcc(100): ``{"face": "111"}``, or ``{"atoms":
+        "slab.xyz", "modulus": "200GPa"}``.  The period of the contact is that of whole cells, its points about a0 apart.
     follows : where the height of the wall is taken: above the lattice site of an atom ("site", the default), or above
         its position ("atom"), which also gives a lateral force.  Between the sites the heights are the sum of their
         waves if these are few, else a bicubic spline; or pass a shape with a formula, which must have these heights.
@@ -205,8 +207,8 @@ def deck(
     flag("start", start)
     steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
     if isinstance(contact, str | os.PathLike | DeckConfig):
-        others = {"model": model, **steps, "depth": depth, "follows": follows, "wall_force": wall_force,
-                  "wall_crystal": wall_crystal}  # fmt: skip
+        others = {"model": model, **steps, "depth": depth, "crystal": crystal, "follows": follows,
+                  "wall_force": wall_force, "wall_crystal": wall_crystal}  # fmt: skip
         if names := [name for name, value in others.items() if value is not None]:
             said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
             file = f"the input file {str(contact)!r}" if isinstance(contact, str | os.PathLike) else "an input"
@@ -222,19 +224,20 @@ def deck(
     shape: Shape | None = None
     if isinstance(follows, str):
         choice("follows", follows, ("site", "atom"))
-        shape = shape_of(contact.problem.heights) if follows == "atom" else None
+        shape = shape_of(contact.problem.heights, contact.grid.lengths) if follows == "atom" else None
     elif follows is not None:
         shape = check_shape("follows", follows)
     if wall_force is not None:
         choice("wall_force", wall_force, get_args(WallForce))
-    crystal = OWN
-    if wall_crystal is not None:
-        if not isinstance(wall_crystal, Mapping) or wall_force != "atoms":
-            raise ArgumentError("wall_crystal", wall_crystal, 'a table, as {"form": "bent"}, with wall_force="atoms"')
-        crystal = crystal_of(wall_crystal)
+    if wall_crystal is not None and not (isinstance(wall_crystal, Mapping) and wall_force == "atoms"):
+        raise ArgumentError("wall_crystal", wall_crystal, 'a table, as {"form": "bent"}, with wall_force="atoms"')
+    if crystal is not None and not isinstance(crystal, Mapping):
+        raise ArgumentError("crystal", crystal, 'a table, as {"face": "111"}')
+    given = {"crystal": crystal, "wall_crystal": wall_crystal}
+    below, above = crystals_of(**{name: table for name, table in given.items() if table is not None})
     model = model or Springs()
-    done = _steps(**steps_in_units(steps, model, progress))
-    parts = parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas", crystal)
+    done = _steps(**steps_in_units(steps, model, below, progress))
+    parts = parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas", below, above)
     return _made(parts, start, progress)
 
 

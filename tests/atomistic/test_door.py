@@ -74,7 +74,7 @@ PAIR_STYLE = {
     "coefficients": (("*", "*"),), "contents": {}, "many_body": True,
 }  # fmt: skip
 CALLS: Calls = {
-    "deck": (a.deck, {"contact": CONTACT, "model": None, "separation": 1.2, "depth": 4, "follows": "site"}),
+    "deck": (a.deck, {"contact": CONTACT, "model": None, "separation": 1.2, "depth": 4, "follows": "site", "start": False}),
     "deck, steps": (partial(a.deck, CONTACT, depth=4), {"separations": [1.2, 1.1]}),
     "deck, pressures": (partial(a.deck, CONTACT, depth=4), {"pressures": [0.01, 0.02]}),
     "deck, protocol": (partial(a.deck, CONTACT, depth=4), {"protocol": VELOCITY}),
