@@ -181,7 +181,7 @@ def deck(
     protocol : the table [protocol] of an input, of any kind: ``{"kind": "velocity", "temperature": 1e-4, ...}``.
     depth : of the slab, in a0; its width if None.
     crystal : the table [crystal] of an input, of a slab that is not fcc(100): ``{"face": "111"}``, or ``{"atoms":
-        "slab.xyz", "modulus": "200GPa"}``.  The period of the contact is that of whole cells, its points about a0 apart.
+        "slab.xyz", "modulus": "200GPa"}``.  The contact has the period of whole cells, and points about a0 apart.
     follows : where the height of the wall is taken: above the lattice site of an atom ("site", the default), or above
         its position ("atom"), which also gives a lateral force.  Between the sites the heights are the sum of their
         waves if these are few, else a bicubic spline; or pass a shape with a formula, which must have these heights.

@@ -74,8 +74,8 @@ PAIR_STYLE = {
     "coefficients": (("*", "*"),), "contents": {}, "many_body": True,
 }  # fmt: skip
 CALLS: Calls = {
-    "deck": (a.deck, {"contact": CONTACT, "model": None, "separation": 1.2, "depth": 4, "follows": "site", "start": False}),
-    "deck, steps": (partial(a.deck, CONTACT, depth=4), {"separations": [1.2, 1.1]}),
+    "deck": (a.deck, {"contact": CONTACT, "model": None, "separation": 1.2, "depth": 4, "follows": "site"}),
+    "deck, steps": (partial(a.deck, CONTACT, depth=4), {"separations": [1.2, 1.1], "crystal": None, "start": False}),
     "deck, pressures": (partial(a.deck, CONTACT, depth=4), {"pressures": [0.01, 0.02]}),
     "deck, protocol": (partial(a.deck, CONTACT, depth=4), {"protocol": VELOCITY}),
     "deck, velocity": (protocol, VELOCITY),
