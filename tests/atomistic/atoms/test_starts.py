@@ -142,3 +142,17 @@ def test_a_wall_in_motion_has_no_states_at_rest(tmp_path: Path, capsys: pytest.C
         replace(deck(), starts=3 * (np.zeros((7, 8, 8, 3)),))
     assert main(["deck", "inputs/lammps/sliding.toml", "--output", str(tmp_path), "--start"]) == 2
     assert "a wall in motion has no states at rest" in capsys.readouterr().err
+
+
+@pytest.mark.long
+def test_a_learned_potential_runs_from_end_to_end(tmp_path: Path) -> None:
+    """SNAP of copper (Zuo et al., J. Phys. Chem. A 124, 731 (2020)), whose files come with LAMMPS."""
+    names = [f"Cu_Zuo_JPCA2020.{kind}" for kind in ("snapcoeff", "snapparam")]
+    contents = a.PairStyle.read_files([a.find_potential(name) for name in names])
+    words = (("*", "*", *names, "Cu"),)
+    snap = a.PairStyle("snap", "Cu", 63.546, 4.2, 3.62, coefficients=words, contents=contents)
+    made = deck(model=snap, depth=3, separations=None, separation=1.05, start=True)
+    run = a.run_deck(made.write(tmp_path / "deck"))
+    assert {f"potential.{i}" for i in (1, 2)} <= {path.name for path in (tmp_path / "deck").iterdir()}
+    assert run.converged
+    assert (run.last.evaluations, run.last.moved) == (CONFIRMED, 0)
