@@ -56,6 +56,10 @@ def deck(
     file: Annotated[str, Parameter(help="input file (TOML); inputs/... finds those that come with the package")],
     *,
     output: Annotated[Path | None, Parameter(help="directory of the deck (default: decks/NAME)")] = None,
+    start: Annotated[
+        bool,
+        Parameter(help="relax each state first, by the package, so that LAMMPS only confirms it"),
+    ] = False,
     run: Annotated[bool, Parameter(help="run it at once and print its states")] = False,
     force: Annotated[
         bool, Parameter(help="replace another deck in that directory with its finished steps, not other files")
@@ -64,10 +68,12 @@ def deck(
 ) -> int:
     """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""
     engine.command_words(lmp_command, "--lmp-command")
-    with progress_of_known("measuring the crystal at its temperature, once") as measured:
-        made = front.deck(file, progress=measured)
+    title = "relaxing the states" if start else "measuring the crystal at its temperature, once"
+    with progress_of_known(title) as tell_parts:
+        made = front.deck(file, start=start, progress=tell_parts)
     directory = made.write(output or Path("decks") / Path(file).stem, force=force)
     report(lines=[f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution"])
+    report(lines=[f"start    {made.notes[-1].removeprefix('Starts: ')}"] if start else [])
     report(lines=[f"wall     {made.crystal.about}"] if made.crystal is not None else [])
     if run:
         steps = 1 if made.protocol is None else made.protocol.steps

@@ -7,19 +7,18 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from atomistic.config.crystal import DEEPEST, SHALLOWEST, ElasticConfig
-from atomistic.config.deck import MOST_STEPS, DeckConfig, crystal_of, steps_of
+from atomistic.config.deck import MOST_STEPS, DeckConfig, crystals_of, steps_of
 from atomistic.config.motion import LARGEST_PRESSURE, Steps
 from atomistic.config.quantities import in_both
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.interatomic import Springs
 from atomistic.crystal.model import ContactModulus, Model, Potential, check_potential
-from atomistic.lammps.crystal_wall import OWN
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
 from atomistic.relax.certify import DeckCertificate, certify_deck
 from atomistic.relax.deckrun import ContinuumStep, DeckSteps
-from atomistic.relax.decks import deck_input, deck_of, deck_units, parts_of, parts_under, steps_in_units
+from atomistic.relax.decks import DeckParts, deck_input, deck_of, deck_units, parts_of, parts_under, steps_in_units
 from atomistic.response.lattice import Discreteness, LatticeResponse, discreteness
 from atomistic.response.material import model_of
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, function, instance, number, several
@@ -162,9 +161,11 @@ def deck(
     pressures: Sequence[float | str] | None = None,
     protocol: Mapping[str, Any] | None = None,
     depth: float | None = None,
+    crystal: Mapping[str, Any] | None = None,
     follows: Literal["site", "atom"] | Shape | None = None,
     wall_force: WallForce | None = None,
     wall_crystal: Mapping[str, Any] | None = None,
+    start: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Deck:
     """A LAMMPS deck from a contact, or from an input file, which has all other settings.
@@ -179,6 +180,8 @@ def deck(
     pressures : mean pressures in order, in E*, reached by moving the wall.
     protocol : the table [protocol] of an input, of any kind: ``{"kind": "velocity", "temperature": 1e-4, ...}``.
     depth : of the slab, in a0; its width if None.
+    crystal : the table [crystal] of an input, of a slab that is not fcc(100): ``{"face": "111"}``, or ``{"atoms":
+        "slab.xyz", "modulus": "200GPa"}``.  The contact has the period of whole cells, and points about a0 apart.
     follows : where the height of the wall is taken: above the lattice site of an atom ("site", the default), or above
         its position ("atom"), which also gives a lateral force.  Between the sites the heights are the sum of their
         waves if these are few, else a bicubic spline; or pass a shape with a formula, which must have these heights.
@@ -186,8 +189,11 @@ def deck(
         installed LAMMPS when the deck is written, or by "atoms" of a rigid crystal along heights that follow "atom",
         with a pair law of the work of adhesion of the contact's law.
     wall_crystal : the table [wall_crystal] of an input, for a wall of atoms: ``{"form": "bent", "rows": (17, 0)}``.
-    progress : called while a crystal is measured at a temperature, which takes about a minute, with the number of
-        finished runs and of all; not called if the result is on disk.
+    start : whether the package relaxes each state first, from the one before, by its own iteration, which takes fewer
+        evaluations than LAMMPS' minimisers; LAMMPS starts each step from its state, and says how far atoms moved.  A
+        wall in motion has no such states.
+    progress : called with the number of finished parts and of all, while states are relaxed; or while a crystal is
+        measured at a temperature, which takes about a minute, unless the result is on disk.
 
     Raises
     ------
@@ -198,17 +204,18 @@ def deck(
         start from.
     """
     function("progress", progress)
+    flag("start", start)
     steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
     if isinstance(contact, str | os.PathLike | DeckConfig):
-        others = {"model": model, **steps, "depth": depth, "follows": follows, "wall_force": wall_force,
-                  "wall_crystal": wall_crystal}  # fmt: skip
+        others = {"model": model, **steps, "depth": depth, "crystal": crystal, "follows": follows,
+                  "wall_force": wall_force, "wall_crystal": wall_crystal}  # fmt: skip
         if names := [name for name, value in others.items() if value is not None]:
             said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
             file = f"the input file {str(contact)!r}" if isinstance(contact, str | os.PathLike) else "an input"
             raise TypeError(f"contact is {file}, which has all other settings: leave out {said}, or change the file")
         if isinstance(contact, str | os.PathLike):
             contact = deck_input(file_name("contact", contact), progress)
-        return deck_of(parts_of(contact, progress), progress)
+        return _made(parts_of(contact, progress), start, progress)
     instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
     if model is not None:
         check_potential("model", model)
@@ -217,19 +224,31 @@ def deck(
     shape: Shape | None = None
     if isinstance(follows, str):
         choice("follows", follows, ("site", "atom"))
-        shape = shape_of(contact.problem.heights) if follows == "atom" else None
+        shape = shape_of(contact.problem.heights, contact.grid.lengths) if follows == "atom" else None
     elif follows is not None:
         shape = check_shape("follows", follows)
     if wall_force is not None:
         choice("wall_force", wall_force, get_args(WallForce))
-    crystal = OWN
-    if wall_crystal is not None:
-        if not isinstance(wall_crystal, Mapping) or wall_force != "atoms":
-            raise ArgumentError("wall_crystal", wall_crystal, 'a table, as {"form": "bent"}, with wall_force="atoms"')
-        crystal = crystal_of(wall_crystal)
+    if wall_crystal is not None and not (isinstance(wall_crystal, Mapping) and wall_force == "atoms"):
+        raise ArgumentError("wall_crystal", wall_crystal, 'a table, as {"form": "bent"}, with wall_force="atoms"')
+    if crystal is not None and not isinstance(crystal, Mapping):
+        raise ArgumentError("crystal", crystal, 'a table, as {"face": "111"}')
+    given = {"crystal": crystal, "wall_crystal": wall_crystal}
+    below, above = crystals_of(**{name: table for name, table in given.items() if table is not None})
     model = model or Springs()
-    done = _steps(**steps_in_units(steps, model, progress))
-    return deck_of(parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas", crystal), progress)
+    done = _steps(**steps_in_units(steps, model, below, progress))
+    parts = parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas", below, above)
+    return _made(parts, start, progress)
+
+
+def _made(parts: DeckParts, start: bool, progress: Callable[[int, int], None] | None) -> Deck:
+    if not start:
+        return deck_of(parts, progress)
+    if parts.steps.motion is not None:
+        raise ArgumentError("start", start, "False here: a wall in motion has no states at rest to start from")
+    from atomistic.atoms.starts import with_starts
+
+    return with_starts(deck_of(parts), progress)
 
 
 def _steps(**given: Any) -> Steps:

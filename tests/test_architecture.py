@@ -72,7 +72,7 @@ ATOMISTIC = {
     "atoms": "relax",
     "ladder": "relax",
     "show": "ladder",
-    "front": "show",
+    "front": "show atoms",
     "validation": "show",
     "commands": "front validation",
     "cli": "commands",

@@ -28,6 +28,8 @@ _WIDTH = 5
 """Width of the small slab, in nearest-neighbour distances: half of it is beyond the second neighbours."""
 _ALIKE = 0.02
 """Distance from each other's place at which atoms of two cells are still alike, in nearest-neighbour distances."""
+_ABOUT = 0.2
+"""The same of a slab of several elements at random, whose cells are taken for their mean."""
 _STEP = 2e-3
 """Displacement of an atom, in nearest-neighbour distances."""
 _NEGLIGIBLE = 1e-4
@@ -72,25 +74,29 @@ class SlabResponse:
         held = np.zeros(len(slab), dtype=bool)
         for constraint in slab.constraints:
             held[getattr(constraint, "index", [])] = True
-        index = _columns(slab, held, spacing)
-        n, column = np.array(index.shape[:2]), index[0, 0]
-        cell = np.array(slab.cell) / [[n[0]], [n[1]], [1]]
-        wanted = np.ceil(_WIDTH * spacing / np.linalg.norm(cell[:2], axis=1)).astype(int)
-        m = np.where(n <= wanted, n, wanted + 1 - wanted % 2)
-        free = ~held[column]
-        evaluations = 3 * int(free.sum()) + 1
-        cost = evaluations * float(np.prod(m / n))
-        if cost > _DEAREST:
+        most = np.full(len(slab), np.bincount(slab.numbers).argmax())
+        for numbers, alike in ((slab.numbers, _ALIKE), (most, _ABOUT)):
+            index = _columns(slab, numbers, held, spacing, alike)
+            n, column = np.array(index.shape[:2]), index[0, 0]
+            cell = np.array(slab.cell) / [[n[0]], [n[1]], [1]]
+            wanted = np.ceil(_WIDTH * spacing / np.linalg.norm(cell[:2], axis=1)).astype(int)
+            m = np.where(n <= wanted, n, wanted + 1 - wanted % 2)
+            free = ~held[column]
+            evaluations = 3 * int(free.sum()) + 1
+            cost = evaluations * float(np.prod(m / n))
+            if cost <= _DEAREST:
+                break
+        else:
             raise ArgumentError(
                 "slab", slab, f"a slab that repeats along its surface: {n[0]} x {n[1]} cells are too few"
             )
-        small = slab[column].copy()
-        small.set_constraint()
+        small = Atoms(numbers[column], _mean_cell(slab, at[index], cell), pbc=slab.pbc)
         small.cell[:] = cell
+        mean = small.positions.copy()
         small = small.repeat((*m, 1))
         small.wrap(pbc=(True, True, False))  # some calculators lose atoms outside of the cell
         small.calc = calculator
-        constants = _force_constants(small, at[column], cell[:2], m, free, _STEP * spacing)
+        constants = _force_constants(small, mean, cell[:2], m, free, _STEP * spacing)
         return cls(index[:, :, free], _factors(constants, n), evaluations, cost)
 
     def displacements(self, forces: Real) -> Real:
@@ -155,7 +161,18 @@ def _nearest(slab: Atoms) -> float:
     return float(apart.min())
 
 
-def _columns(slab: Atoms, held: NDArray[np.bool_], spacing: float) -> NDArray[np.int64]:
+def _mean_cell(slab: Atoms, at: Real, cell: Real) -> Real:
+    """Positions of the atoms of a column, shape (p, 3), as the mean over all cells, whose positions are given."""
+    shifts = np.stack(np.meshgrid(*map(np.arange, at.shape[:2]), indexing="ij"), axis=-1) @ cell[:2]
+    apart = at - shifts[:, :, None] - at[0, 0]
+    periods = np.array(slab.cell)[:2]
+    turns = np.rint(apart[..., :2] @ np.linalg.inv(periods[:, :2]))
+    return np.asarray(at[0, 0] + (apart - turns @ periods).mean(axis=(0, 1)))
+
+
+def _columns(
+    slab: Atoms, numbers: NDArray[np.int64], held: NDArray[np.bool_], spacing: float, alike: float
+) -> NDArray[np.int64]:
     """Number of each atom by cell and place in its column, from the top: shape (n1, n2, p), of the most cells."""
     cell = np.array(slab.cell)
     if not slab.pbc[:2].all() or cell[:2, 2].any():
@@ -163,7 +180,7 @@ def _columns(slab: Atoms, held: NDArray[np.bool_], spacing: float) -> NDArray[np
     lengths = np.linalg.norm(cell[:2], axis=1)
     plane = np.linalg.inv(cell[:2, :2]) * lengths
     # Atoms of another kind lie far away along z, so that they are nobody's image.
-    kind = np.unique(np.stack([slab.numbers, held], axis=1), axis=0, return_inverse=True)[1].ravel()
+    kind = np.unique(np.stack([numbers, held], axis=1), axis=0, return_inverse=True)[1].ravel()
     height = slab.positions[:, 2] - slab.positions[:, 2].min()
     points = np.column_stack([slab.positions[:, :2] @ plane, height + 3 * (np.ptp(height) + 1) * kind])
     box = np.array([*lengths, 2 * points[:, 2].max() + 1])
@@ -179,10 +196,10 @@ def _columns(slab: Atoms, held: NDArray[np.bool_], spacing: float) -> NDArray[np
     n = []
     for axis in range(2):
         # No two atoms are nearer to each other than neighbours.
-        most = int(lengths[axis] / spacing * (1 + _ALIKE))
+        most = int(lengths[axis] / spacing * (1 + alike))
         for count in (k for k in range(max(most, 1), 0, -1) if len(slab) % k == 0):
             shift = np.eye(3)[axis] * lengths[axis] / count
-            if all((images(some + shift)[0] <= _ALIKE * spacing).all() for some in (points[:9], points)):
+            if all((images(some + shift)[0] <= alike * spacing).all() for some in (points[:9], points)):
                 n.append(count)
                 break
     cells = np.stack(np.meshgrid(*map(np.arange, n), [0], indexing="ij"), axis=-1).reshape(-1, 3)

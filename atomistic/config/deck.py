@@ -124,6 +124,8 @@ class _Parts(Document):
 
     protocol: ProtocolTable | None = None
     """the protocol"""
+    crystal: CrystalTable = CrystalTable()
+    """the crystal and its face"""
     wall_crystal: WallCrystal = OWN
     """the crystal of a wall of atoms"""
 
@@ -139,12 +141,13 @@ def steps_of(protocol: Mapping[str, Any]) -> Steps:
     return table.steps()
 
 
-def crystal_of(given: Mapping[str, Any]) -> WallCrystal:
-    """The crystal of a table [wall_crystal]; its numbers may be NumPy's.
+def crystals_of(**given: Mapping[str, Any]) -> tuple[CrystalTable, WallCrystal]:
+    """The crystals of tables [crystal] and [wall_crystal], if they are given; their numbers may be NumPy's.
 
-    Raises ConfigError with all faults of the table.
+    Raises ConfigError with all faults of the tables.
     """
-    return parsed(source_of({"wall_crystal": given}, "wall_crystal"), _Parts).wall_crystal
+    parts = parsed(source_of(given, " and ".join(given)), _Parts)
+    return parts.crystal, parts.wall_crystal
 
 
 class DeckConfig(Document):

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
+from itertools import zip_longest
 from pathlib import Path
 from typing import BinaryIO, Literal, get_args
 
@@ -47,7 +48,8 @@ INPUTS = (
 """Files of a deck, of equilibria or of a motion, in addition to those of its interatomic model."""
 _EARLIER = ("crystal.cpp", "crystal.so", "wall.crystal")
 """Files of decks of earlier versions."""
-_POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
+_NUMBERED = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+|start(\.\d+)?\.dump")
+"""Files of which a deck has as many as it needs."""
 
 LEAST_VERSION = 20240207, "7 February 2024"
 """Oldest LAMMPS that runs a deck, as variables need ternary(x,y,z)."""
@@ -90,6 +92,7 @@ class Deck:
     source : text of its input, which is written beside the deck; empty for none.
     stiffness : K_q of the slab, shape ``slab.grid.shape_q``, in E*/a0, for the comparison with the continuum; an
         isotropic half-space if None.
+    starts : displacements from which the first steps start, as they were relaxed before, each as ``displacements``.
 
     Raises
     ------
@@ -117,6 +120,7 @@ class Deck:
     stiffness: Real | None = field(default=None, repr=False)
     source: str = field(default="", repr=False)
     wall_map: Real | None = field(default=None, repr=False)
+    starts: tuple[Real, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         slab = instance("slab", self.slab, AnySlab)
@@ -161,8 +165,10 @@ class Deck:
         if self.wall_map is not None:
             _set_array(self, "wall_map", self.wall_map, slab.grid.shape)
         _set_array(self, "rise", np.zeros(sites[0]) if self.rise is None else self.rise, sites[:1])
-        for name in ("displacements", "rise"):
-            moved = getattr(self, name)
+        starts = tuple(_own(field_of("starts", start, (*sites, 3))) for start in self.starts)
+        object.__setattr__(self, "starts", starts)
+        held = [(name, getattr(self, name)) for name in ("displacements", "rise")]
+        for name, moved in [*held, *(("starts", start) for start in starts)]:
             if np.any(moved[slab.moving :]):
                 frozen = f"the lowest {len(moved) - slab.moving} {'layers' if slab.one_to_one else 'atoms'}"
                 raise ArgumentError(name, moved, f"zero in the frozen base, {frozen}")
@@ -192,6 +198,8 @@ class Deck:
             raise ArgumentError("notes", self.notes, "a tuple of texts")
         instance("source", self.source, str)
         protocol = self.protocol
+        if len(self.starts) > (1 if protocol is None else protocol.steps if protocol.included == "in.relax" else 0):
+            raise ArgumentError("starts", self.starts, "one for each step at rest, at most")
         if protocol is None:
             return
         instance("protocol", protocol, Protocol, "Separations, MeanPressures or Motion")
@@ -234,9 +242,13 @@ class Deck:
 
 def _set_array(deck: Deck, name: str, values: Real, shape: tuple[int, ...]) -> None:
     """Keep a private read-only copy of an array after checking its shape and that it is finite."""
-    array = np.array(field_of(name, values, shape))
+    object.__setattr__(deck, name, _own(field_of(name, values, shape)))
+
+
+def _own(values: Real) -> Real:
+    array = np.array(values)
     array.flags.writeable = False
-    object.__setattr__(deck, name, array)
+    return array
 
 
 def render(deck: Deck) -> dict[str, str]:
@@ -281,13 +293,15 @@ def render(deck: Deck) -> dict[str, str]:
         "core": NO_CORE,
         "results": "",
         "steps": 1,
+        "relaxed": len(deck.starts),
         "flags": " ".join(plugin.FLAGS),
         "old_strings": plugin.OLD_STRINGS,
         "site": " site d_height" if shape is None else "",
         "lines": "" if shape is None else "\n".join(shape.lines()),
     }
     script, included = ("single", "in.relax") if protocol is None else (protocol.script, protocol.included)
-    kinds = (model.atom_style, "site" if shape is None else "position", included, "formulas", deck.wall_force)
+    kinds = (model.atom_style, "site" if shape is None else "position", included, "formulas", deck.wall_force,
+             *(["started"] if deck.starts else []))  # fmt: skip
     chosen = ChainMap(*(tomllib.loads(read_template("words.toml"))[kind] for kind in reversed(kinds)))
     if protocol is not None:
         values |= {"results": ".N", "steps": protocol.steps, "separations": listing(protocol.separations)}
@@ -317,8 +331,10 @@ def step_keys(deck: Deck, texts: Mapping[str, str]) -> list[str]:
     for array in (deck.heights, deck.start, deck.rest):
         digest.update(array.tobytes())
     protocol, keys = deck.protocol, list[str]()
-    for numbers in [(deck.separation,)] if protocol is None else protocol.each_step():
+    every = [(deck.separation,)] if protocol is None else protocol.each_step()
+    for numbers, start in zip_longest(every, deck.starts, fillvalue=np.zeros(0)):
         digest.update(f"{type(protocol).__name__} {numbers!r}".encode())
+        digest.update(start.tobytes())
         keys.append(digest.hexdigest()[:16])
     return keys
 
@@ -360,7 +376,7 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
             for entry in directory.iterdir()
             if entry.name not in known
             and not disk.OUTPUTS.fullmatch(entry.name)
-            and not _POTENTIALS.fullmatch(entry.name)
+            and not _NUMBERED.fullmatch(entry.name)
         )
         is_deck = (directory / "deck.json").is_file() and (directory / "in.slab").is_file()
         if foreign and not (force and is_deck):
@@ -380,7 +396,7 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
         disk.remove_outputs(directory, keep)
         (directory / "in.contact").unlink(missing_ok=True)
         for entry in list(directory.iterdir()):
-            if _POTENTIALS.fullmatch(entry.name) or (entry.name in {*INPUTS, *_EARLIER} and entry.name not in texts):
+            if _NUMBERED.fullmatch(entry.name) or (entry.name in {*INPUTS, *_EARLIER} and entry.name not in texts):
                 entry.unlink()
         for name, content in deck.model.files.items():
             save(directory / name, content, own=True)
@@ -392,6 +408,9 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
             for axis in range(3):
                 mobile = slice(0, deck.slab.moving)
                 disk.write_atoms(file, deck.slab.ids[mobile], deck.start[mobile, ..., axis])
+        for step, start in enumerate(deck.starts, deck.protocol is not None):
+            with whole(directory / (f"start.{step}.dump" if step else "start.dump")) as file:
+                _write_dump(file, deck, step, start)
         if deck.wall_map is not None:
             with whole(directory / disk.MAP) as file:
                 np.save(file, deck.wall_map)
@@ -412,7 +431,7 @@ def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
     digest = hashlib.sha256("".join(texts[name] for name in sorted(texts)).encode())
     for content in deck.model.files.values():
         digest.update(content)
-    for array in (deck.heights, deck.start, deck.rest):
+    for array in (deck.heights, deck.start, deck.rest, *deck.starts):
         digest.update(array.tobytes())
     wall, real, protocol = deck.wall, deck.model.real_units, deck.protocol
     heights = deck.heights
@@ -423,6 +442,7 @@ def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
         "identity": digest.hexdigest(),
         "steps": 0 if protocol is None else protocol.steps,
         "step_keys": keys,
+        **({"relaxed": len(deck.starts)} if deck.starts else {}),
         **({} if protocol is None else protocol.about()),
         "wall": {"law": law, **numbers},
         "element": " ".join(deck.model.elements),
@@ -437,18 +457,34 @@ def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
     return json.dumps(description, indent=2) + "\n"
 
 
-def _write_data(file: BinaryIO, deck: Deck) -> None:
-    """``slab.data``: the slab at rest."""
-    slab, model = deck.slab, deck.model
-    bonds = model.atom_style == "bond"
-    nx, ny = slab.grid.lengths
-    ids, kinds = slab.ids.ravel(), len(model.elements)
-    # Two spacings of room on both sides, and up to the highest point of the wall, to which adhesion may lift an atom:
-    # nothing leaves the box.
-    low = slab.bottom - 2
+def _ends(deck: Deck) -> list[str]:
+    """Ends of the box along x and y, and both of them along z, in LAMMPS' unit.
+
+    Two spacings of room on both sides, and up to the highest point of the wall, to which adhesion may lift an atom:
+    nothing leaves the box.
+    """
+    slab = deck.slab
     highest = max(deck.protocol.separations) if deck.protocol else deck.separation
     high = 2 + max(0.0, deck.surface if not slab.one_to_one else 0.0, highest + float(deck.heights.max()))
-    ends = [formatted(model.length * value) for value in (nx, ny, low, high)]
+    return [formatted(deck.model.length * value) for value in (*slab.grid.lengths, slab.bottom - 2, high)]
+
+
+def _write_dump(file: BinaryIO, deck: Deck, step: int, displacements: Real) -> None:
+    """``start.N.dump``: the atoms that move, at displacements."""
+    mobile, (x, y, low, high) = slice(0, deck.slab.moving), _ends(deck)
+    rows = deck.model.length * (deck.rest + displacements)[mobile].reshape(-1, 3)
+    file.write(
+        f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows)}\nITEM: BOX BOUNDS pp pp ff\n0 {x}\n0 {y}\n"
+        f"{low} {high}\nITEM: ATOMS id xu yu zu\n".encode()
+    )
+    disk.write_rows(file, "%d %.17g %.17g %.17g\n", deck.slab.ids[mobile].ravel(), rows)
+
+
+def _write_data(file: BinaryIO, deck: Deck) -> None:
+    """``slab.data``: the slab at rest."""
+    slab, model, ends = deck.slab, deck.model, _ends(deck)
+    bonds = model.atom_style == "bond"
+    ids, kinds = slab.ids.ravel(), len(model.elements)
     file.write(
         f"{disk.title_of(slab, model.length)}\n\n"
         f"{slab.size} atoms\n{kinds} atom types\n{'1 bond types' if bonds else ''}\n\n"

@@ -42,6 +42,10 @@ class Protocol:
         """The numbers in which the steps differ."""
         return [(separation,) for separation in self.separations]
 
+    def sought(self, step: int) -> tuple[float, float] | None:
+        """Mean pressure that a step seeks, in E*, and stiffness of the first move, in E*/a0; None of a separation."""
+        return None
+
     def from_separation(self, separation: float) -> Self:
         """The protocol with another start of its search for separations; unchanged if these are given."""
         return self
@@ -90,6 +94,9 @@ class MeanPressures(Protocol):
     pressures: tuple[float, ...]
     separations: tuple[float, ...]
     stiffness: float
+
+    def sought(self, step: int) -> tuple[float, float]:
+        return self.pressures[step], self.stiffness
 
     def from_separation(self, separation: float) -> Self:
         return replace(self, separations=(separation,) * self.steps)

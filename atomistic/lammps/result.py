@@ -96,6 +96,8 @@ class DeckResult:
     core: float = quantity("a0", "gap below which the wall law is only continued")
     evaluations: int = quantity("1", "number of force evaluations")
     lammps_version: int = quantity("", "date of the release, yyyymmdd")
+    start_force: float = quantity("E* a0^2", "largest force where it started, of a deck with relaxed starts", np.nan)
+    moved: float = quantity("a0", "largest distance of an atom from where it started, likewise", np.nan)
     bonded: bool = False
     """Whether bonds are fixed, so that neighbours cannot change."""
     structure: NDArray[np.int64] | None = field(default=None, repr=False)
@@ -191,6 +193,8 @@ class DeckDescription:
     """Size of a0 and E*, if the crystal has a length scale."""
     bonded: bool = False
     """Whether bonds are fixed."""
+    relaxed: int = 0
+    """Number of first steps whose starts were relaxed before."""
     temperature: float = 0.0
     """k_B T of a motion, in E* a0³; zero of equilibria."""
     hold: int = 0

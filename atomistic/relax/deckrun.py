@@ -72,6 +72,8 @@ class DeckStep(Totals):
     inner_energy: float = quantity("E* a0", "energy of atoms and wall over A0 at the end, with their motion")
     largest_force: float = quantity("E* a0^2", "largest force left on an atom")
     evaluations: int = quantity("1", "evaluations of the forces")
+    start_force: float = quantity("E* a0^2", "largest force on an atom where the step started; NaN if nobody looked")
+    moved: float = quantity("a0", "largest distance of an atom from where it started; NaN if nobody looked")
     slipped: int = quantity("1", "atoms with other nearest neighbours than before")
     faulted: int = quantity("1", "atoms in stacking faults, hcp by common neighbour analysis; -1 if nobody looked")
     status: str = quantity("", "what was found")
@@ -114,6 +116,8 @@ class DeckStep(Totals):
             smallest_gap=result.smallest_gap,
             largest_force=result.largest_force,
             evaluations=result.evaluations,
+            start_force=result.start_force,
+            moved=result.moved,
             slipped=int(np.count_nonzero(result.slipped)),
             faulted=result.faulted,
             status=result.status.name,

@@ -11,24 +11,23 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from atomistic.config.crystal import DeckSolverTable, ElasticConfig
+from atomistic.config.crystal import CrystalTable, DeckSolverTable, ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
 from atomistic.config.motion import HOTTEST, Steps, thermal_energy
 from atomistic.config.quantities import QUANTITIES, in_reduced, with_units
 from atomistic.crystal.crystal import AnySlab, Slab, distortion
-from atomistic.crystal.model import AnyModel, Potential
+from atomistic.crystal.model import AnyCrystalModel, AnyModel, Potential, check_model
 from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal, crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.law import native_law
 from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations, largest_timestep, swing
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
-from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
+from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of, shape_of_surface
 from atomistic.relax.limits import require_apart, require_steps, require_strength
-from atomistic.relax.specimen import AnySpecimen, Specimen, slab_of, slab_under, specimen_under
+from atomistic.relax.specimen import AnySpecimen, Specimen, slab_below, slab_of, slab_under, specimen_under
 from atomistic.response.bulk import model_below
 from atomistic.response.cache import default_folder
-from atomistic.response.material import model_of
 from atomistic.response.thermal import warm_crystal
 from continuum.arguments import ArgumentError
 from continuum.files.inputs import parsed
@@ -43,6 +42,9 @@ from continuum.path import loading
 from continuum.solve.solution import NotConvergedError
 from continuum.tables import Fault, Table
 from continuum.units import Units, parse
+
+_ALIKE = 1e-6
+"""Relative difference of two periods that are the same, as they were typed with a few digits."""
 
 
 class DeckParts(NamedTuple):
@@ -351,7 +353,8 @@ def parts_under(
     depth: float | None,
     shape: Shape | None,
     force: WallForce,
-    crystal: WallCrystal = OWN,
+    crystal: CrystalTable,
+    wall_crystal: WallCrystal = OWN,
 ) -> DeckParts:
     """The parts of a deck of a contact.  The arguments are those of :func:`atomistic.deck`.
 
@@ -360,18 +363,31 @@ def parts_under(
     """
     grid, wall, heights = contact.grid, contact.wall, contact.heights
     native_law(wall)  # checked before anything is measured
-    if shape is not None and (apart := misfit(shape, heights)):
+    points = np.stack(np.broadcast_arrays(*grid.positions), axis=-1)
+    if shape is not None and (apart := misfit(shape, heights, points)):
         raise ArgumentError("follows", shape, f"a shape of the heights of the contact, not of others by {apart:.2g} a0")
     if shape is None and force == "atoms":
         raise ArgumentError("wall_force", force, 'follows="atom": atoms of the wall act at the positions of the atoms')
     if shape is None and steps.motion is not None and steps.motion.slides:
         raise ArgumentError("follows", "site", '"atom": a wall that is a function of the lattice site cannot slide')
-    measured = model_of(model)
-    slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
+    measured, deep = model_below(model, crystal), max(grid.lengths) if depth is None else depth
+    profile = None
+    if crystal.own:
+        slab: AnySlab = slab_under(check_model("model", measured), grid, deep)
+    else:
+        slab = slab_below(cast(AnyCrystalModel, measured), crystal, grid.lengths, deep)
+        (nx, ny), (x, y) = slab.grid.shape, slab.grid.lengths
+        if grid.shape != (nx, ny) or not np.allclose(grid.lengths, (x, y), rtol=_ALIKE, atol=0):
+            cells = f"{nx} x {ny} heights with period = ({x!r}, {y!r}), in whole cells of this crystal near those given"
+            raise ArgumentError("contact", f"{grid.shape} heights over {grid.lengths}", cells)
+        profile = shape or shape_of(heights, slab.grid.lengths)
     require_steps(steps, slab, measured, wall, heights)
-    if shape is not None and force == "atoms":
-        crystal_wall(wall, shape, slab.grid.shape, crystal)  # what it cannot be is said before anything is solved
-    return DeckParts(slab, measured, wall, heights, steps, shape, force, DeckSolverTable(), wall_crystal=crystal)
+    if shape is not None and force == "atoms" and crystal.own:
+        crystal_wall(wall, shape, slab.grid.shape, wall_crystal)  # what it cannot be is said before anything is solved
+    return DeckParts(
+        slab, measured, wall, heights, steps, shape, force, DeckSolverTable(), wall_crystal=wall_crystal,
+        profile=profile,
+    )  # fmt: skip
 
 
 def deck_input(path: str | Path, progress: Progress | None = None) -> DeckConfig:
@@ -405,14 +421,16 @@ def _units_for(given: Mapping[str, Any], model: AnyModel, progress: Progress | N
     return _units_at(model, protocol.get("temperature", 0.0), progress)
 
 
-def steps_in_units(given: Mapping[str, Any], model: Potential, progress: Progress | None = None) -> Mapping[str, Any]:
-    """The separations, pressures or protocol of a call, with units converted to a0 and E*.
+def steps_in_units(
+    given: Mapping[str, Any], model: Potential, crystal: CrystalTable, progress: Progress | None = None
+) -> Mapping[str, Any]:
+    """The separations, pressures or protocol of a call, with units converted to a0 and E* of a crystal.
 
     Raises ConfigError, PotentialError or LammpsError as :func:`deck_input`.
     """
     if not with_units(given):
         return given
-    values, faults = in_reduced(given, _units_for(given, model_of(model), progress))
+    values, faults = in_reduced(given, _units_for(given, model_below(model, crystal), progress))
     if faults:
         raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
     return values

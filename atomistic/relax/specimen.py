@@ -6,6 +6,7 @@ from typing import Any, Self, cast
 
 import numpy as np
 
+from atomistic.config.crystal import CrystalTable
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import AnySlab, AtomSlab, Slab
@@ -160,8 +161,16 @@ def _slab(model: AnyModel, config: ValidateConfig | DeckConfig) -> AnySlab:
 
 @_slab.register
 def _(model: AnyCrystalModel, config: DeckConfig) -> AnySlab:
-    slab = slab_of_table(config.crystal, model, config.grid.lengths, config.slab.depth)
-    _require_memory(slab, config.slab.depth)
+    return slab_below(model, config.crystal, config.grid.lengths, config.slab.depth)
+
+
+def slab_below(model: AnyCrystalModel, crystal: CrystalTable, lengths: tuple[float, float], depth: float) -> AtomSlab:
+    """The slab of a table [crystal] other than fcc(100), about as wide as periods in a0, in whole cells.
+
+    Raises ArgumentError if forces reach through the base of given atoms, or it does not fit into memory.
+    """
+    slab = slab_of_table(crystal, model, lengths, depth)
+    _require_memory(slab, depth)
     return slab
 
 

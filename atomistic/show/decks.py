@@ -24,7 +24,7 @@ _JUMP = 0.25
 
 def deck_run_sheets(run: DeckSteps, beside: tuple[ContinuumStep, ...] = (), remark: str = "") -> list[Sheet]:
     """The last step in detail, all steps of a protocol, and the comparison with the continuum."""
-    sheets = [replace(_last(run), note=remark)]
+    sheets = [replace(_last(run), note="\n".join([*_starts(run), *filter(None, [remark])]))]
     if run.description.steps:
         sheets[:0] = [_steps(run), *_balance(run), *_friction(run)]
     if beside:
@@ -48,6 +48,8 @@ def _steps(run: DeckSteps) -> Sheet:
     columns |= {"A_att/A0": "area_att"} | (
         {"k_B T (E* a0³)": "temperature"} if moves else {"evaluations": "evaluations"}
     )
+    if run.description.relaxed:
+        columns["moved (a0)"] = "moved"
     hold = run.description.hold
     cells: dict[str, Sequence[Entry]] = {
         "step": range(1, len(run.steps) + 1),
@@ -133,6 +135,25 @@ def _yield(run: DeckSteps) -> list[str]:
         lines.append(
             f"Off the surface, {stays.displaced} atoms are further than half of a0 from their places, the imprint "
             f"is {stays.depth:.2f} a0 deep, and {100 * stays.recovered:.0f} % of the work came back."
+        )
+    return lines
+
+
+def _starts(run: DeckSteps) -> list[str]:
+    """How many of the starts that were relaxed before are at rest in LAMMPS, and which is the farthest from it."""
+    looked_at = list(enumerate(run.steps[: run.description.relaxed], 1))
+    if not looked_at:
+        return []
+    wrong = [(i, step) for i, step in looked_at if not step.start_force <= run.last.tolerance]
+    lines = [
+        f"{len(looked_at) - len(wrong)} of {len(looked_at)} starts that were relaxed before are at rest in LAMMPS."
+    ]
+    if wrong:
+        i, step = max(wrong, key=lambda one: one[1].moved)
+        lines.append(
+            f"Farthest from it is that of step {i}: a force of {step.start_force:.2g} E* a0² was left on an atom, and "
+            f"an atom moved by {step.moved:.2g} a0.  A start that is far off is that of another wall or crystal: write "
+            "the deck again."
         )
     return lines
 

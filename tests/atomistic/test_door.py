@@ -75,7 +75,7 @@ PAIR_STYLE = {
 }  # fmt: skip
 CALLS: Calls = {
     "deck": (a.deck, {"contact": CONTACT, "model": None, "separation": 1.2, "depth": 4, "follows": "site"}),
-    "deck, steps": (partial(a.deck, CONTACT, depth=4), {"separations": [1.2, 1.1]}),
+    "deck, steps": (partial(a.deck, CONTACT, depth=4), {"separations": [1.2, 1.1], "crystal": None, "start": False}),
     "deck, pressures": (partial(a.deck, CONTACT, depth=4), {"pressures": [0.01, 0.02]}),
     "deck, protocol": (partial(a.deck, CONTACT, depth=4), {"protocol": VELOCITY}),
     "deck, velocity": (protocol, VELOCITY),

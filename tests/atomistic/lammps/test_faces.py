@@ -141,6 +141,38 @@ def test_fcc_100_is_a_case_of_any_slab(tmp_path: Path, follows: bool) -> None:
         assert getattr(second, name) == pytest.approx(getattr(first, name), abs=1e-9)
 
 
+def test_a_crystal_of_a_call_is_that_of_an_input(tmp_path: Path) -> None:
+    """The same table [crystal], below a face and of a file: the same atoms, heights and start."""
+    wall = c.LennardJonesSpline(adhesion_length=0.005)
+    xyz = INPUTS / "slab.xyz"
+    nickel = {"kind": "eam", "file": "NiAlH_jea.eam.alloy", "element": ["Ni", "Al"]}
+    given: list[tuple[dict[str, Any], dict[str, Any], Any]] = [
+        ({"face": "111"}, {}, None),
+        (
+            {"atoms": str(xyz), "modulus": "200GPa"},
+            {"slab": {"depth": 3.0}, "interatomic": nickel, "separation": 0.9},
+            a.EmbeddedAtom.read(find_potential("NiAlH_jea.eam.alloy"), ("Ni", "Al")),
+        ),
+    ]
+    for table, others, model in given:
+        of_input = a.deck(config(surface={"kind": "sine", "amplitude": 0.05, "waves": [1, 0]}, crystal=table, **others))
+        grid = of_input.slab.grid
+        contact = c.Contact(c.sine(grid, 0.05, (1, 0)), wall, period=grid.lengths)
+        called = a.deck(contact, model, separation=of_input.separation, depth=3.0, crystal=table)
+        assert called.slab.name == of_input.slab.name
+        assert called.rest == pytest.approx(of_input.rest, abs=1e-12)
+        assert called.heights == pytest.approx(of_input.heights, abs=1e-12)
+    square = c.Contact(c.sine(c.Grid.square(8), 0.05, (1, 0)), wall)
+    with pytest.raises(ArgumentError, match=r"8 x 9 heights with period = \(8.0, 8.66"):
+        a.deck(square, separation=1.0, crystal={"face": "111"})
+    with pytest.raises(ConfigError, match=r"crystal.face"):
+        a.deck(square, separation=1.0, crystal={"face": "1x1"})
+    with pytest.raises(ArgumentError, match=r'a table, as {"face": "111"}'):
+        a.deck(square, separation=1.0, crystal="111")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="leave out crystal"):
+        a.deck(INPUTS / "copper-111.toml", crystal={"face": "111"})
+
+
 @pytest.mark.parametrize("points", [(6, 7), (8, 5)])
 def test_a_map_between_the_atoms_is_a_spline_over_its_own_period(points: tuple[int, int]) -> None:
     period = (8.0, 60.0**0.5)

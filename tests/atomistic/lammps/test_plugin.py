@@ -18,6 +18,7 @@ import pytest
 
 import atomistic as a
 import continuum as c
+from atomistic.atoms.starts import with_starts
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck, write_deck
@@ -67,6 +68,20 @@ def test_the_pieces_of_a_law_are_the_law(name):
     scale = np.maximum(np.abs(exact), wall.largest_tension or np.abs(exact).max())
     # What was asked for is 1e-12 between the points that were looked at; where two powers cancel, rounding is as much.
     assert (np.abs(law(gap) - exact) <= 3e-12 * scale).all()
+
+
+@compiler
+@pytest.mark.usefixtures("built")
+def test_a_state_relaxed_before_is_at_rest_under_the_map_that_the_plugin_has_of_a_formula(tmp_path):
+    waves = Waves((5.0, 7.0), 0.0, ((0.1, 1, 0, 0.3), (0.05, 1, -1, 1.0)))
+    deck = replace(displaced(c.LennardJonesSpline(adhesion_length=0.005), waves), displacements=None, tolerance=1e-9)
+    ready = with_starts(deck)
+    result = run_in_process(write_deck(tmp_path / "plugin", ready)).require()
+    assert (result.evaluations, result.moved) == (2, 0)
+    # The map is off by less than 1e-5 a0 in height (below), and the slab is about as soft as the wall.
+    formula = run_in_process(write_deck(tmp_path / "formula", replace(ready, wall_force="formulas"))).require()
+    assert formula.start_force > 100 * deck.tolerance
+    assert 0 < formula.moved < 1e-4
 
 
 @compiler
