@@ -50,7 +50,7 @@ def start(*command: str, folder: Path, **given: Any) -> subprocess.CompletedProc
     environment = os.environ | {"PYTHONPATH": str(ROOT)} | given.pop("environment", {})
     whole = [sys.executable, "-m", *command]
     return subprocess.run(
-        whole, cwd=folder, env=environment, text=True, timeout=120, check=False, capture_output=True, **given
+        whole, cwd=folder, env=environment, text=True, timeout=600, check=False, capture_output=True, **given
     )
 
 
