@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
+import pytest
 
 import continuum as c
 from continuum.files import kinds as kinds  # those that read files
@@ -48,6 +50,18 @@ WALLS: dict[str, Wall] = {name: wall.build() for name, wall in of(Wall).items() 
 OF_WORK: dict[str, Callable[[float], Wall]] = {name: wall.at_work for name, wall in of(Wall).items() if wall.work_key}
 """Walls of a given work of adhesion, of every law that has a key for it."""
 SUBSTRATES: dict[str, Substrate] = of(Response)
+
+
+def covering(*axes: Iterable[Any]) -> list[Any]:
+    """Parameters of a test: each value of each axis at least once, side by side; all combinations in `make long`."""
+    values = [tuple(axis) for axis in axes]
+    beside = {tuple(i % len(axis) for axis in values) for i in range(max(map(len, values)))}
+    return [
+        pytest.param(
+            *(axis[i] for axis, i in zip(values, at, strict=True)), marks=() if at in beside else pytest.mark.long
+        )
+        for at in product(*(range(len(axis)) for axis in values))
+    ]
 
 
 def table(e: float, s: float, law: Wall) -> Wall:

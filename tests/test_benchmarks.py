@@ -22,8 +22,9 @@ def test_growth_is_the_exponent_of_a_power_law() -> None:
     assert np.isnan(report.growth_exponent([512], [30.0]))
 
 
-def test_the_judge_finds_what_the_solver_says(tmp_path: Path) -> None:
+def test_the_judge_finds_what_the_solver_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """And what stands beside a peer's state, in place of which is ours."""
+    monkeypatch.setattr(ours, "warm_up", lambda: None)  # grids of 256 and 512, for times
     file, problem = str(tmp_path / "gap.npy"), surface_of(**POINT).problem()
     np.save(file, solve(problem, "mean-gap", 2.0, Settings(1e-9)).gap)
     row = ours.beside(**POINT, file=file, turns=2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -27,6 +28,12 @@ from docs.studies import (
 )
 
 
+@cache
+def fitted(shape: str) -> law.Law:
+    """The law of the stored thresholds."""
+    return law.fit(law.thresholds(shape))
+
+
 @pytest.mark.parametrize("shape", ["spline", "exponential"])
 def test_a_law_that_is_known_is_found(shape: str, rng: np.random.Generator) -> None:
     """Thresholds made from U F with noise: D, m, factors and exponent come back within three standard errors."""
@@ -44,7 +51,7 @@ def test_a_law_that_is_known_is_found(shape: str, rng: np.random.Generator) -> N
 def _as_the_law_says(power: float = 1.0, of_hurst: float = 0.0, level: float = 1.0) -> DataFrame:
     """Thresholds of invented surfaces: U goes as the moment, and w as U to a power, with a bias that grows with H."""
     rng, rows = np.random.default_rng(3), []
-    laws = {shape: law.fit(law.thresholds(shape)) for shape in judgement.SHAPES}
+    laws = {shape: fitted(shape) for shape in judgement.SHAPES}
     for seed, hurst, shape, delta in product(range(11, 17), (0.2, 0.4, 0.6, 0.8, 0.9), laws, (0.5, 1.6)):
         factor = np.exp(0.1 * np.sin(seed))  # of the surface
         moments = {f"moment_{p:g}": 0.0156 * np.exp((p - 2 * hurst) * p) for p in judgement.EVERY}
@@ -107,9 +114,8 @@ def test_atoms_are_drawn_at_their_range() -> None:
 
 @given(st.floats(0.05, 5.0))
 def test_what_predictions_take_for_f_is_what_was_stated(ratio: float) -> None:
-    stated = law.fit(law.thresholds("spline"))
     # Its numbers were written down with three digits.
-    assert threshold_share(ratio) == pytest.approx(float(stated(ratio)), rel=2e-3)
+    assert threshold_share(ratio) == pytest.approx(float(fitted("spline")(ratio)), rel=2e-3)
 
 
 def test_the_limit_of_many_contacts_is_that_of_a_line_in_their_inverse() -> None:

@@ -7,6 +7,7 @@ import re
 from collections import defaultdict
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parent.parent
 MODULES = sorted(path for package in ("continuum", "atomistic") for path in (ROOT / package).rglob("*.py"))
@@ -38,51 +39,62 @@ COMMANDS = {
 }
 
 
+class Names(NamedTuple):
+    """The names of a module: its trees themselves would be a million objects, which every test after would carry."""
+
+    defined: tuple[tuple[str, bool, bool], ...]
+    """Classes and functions, each with whether it is a class, and whether it stands at the top."""
+    given: frozenset[str]
+    """Fields and arguments."""
+
+
 @cache
-def defined(path: Path) -> tuple[tuple[ast.ClassDef | ast.FunctionDef, bool], ...]:
-    """Classes and functions of a module, each with whether it stands at the top."""
+def names_of(path: Path) -> Names:
     tree = ast.parse(path.read_text())
-    top = set(tree.body)
-    return tuple((node, node in top) for node in ast.walk(tree) if isinstance(node, ast.ClassDef | ast.FunctionDef))
+    top, defined, given = set(tree.body), [], set[str]()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            defined.append((node.name, isinstance(node, ast.ClassDef), node in top))
+        elif isinstance(node, ast.arg):
+            given.add(node.arg)
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            given.add(node.target.id)
+    return Names(tuple(defined), frozenset(given))
 
 
-def public(kind: type[ast.stmt] | tuple[type[ast.stmt], ...], *, methods: bool = False) -> dict[str, list[str]]:
-    """Public names of classes or functions, with the modules that define them."""
+def public(*, functions: bool = True, methods: bool = False) -> dict[str, list[str]]:
+    """Public names of classes, and of functions, with the modules that define them."""
     found = defaultdict(list)
     for path in MODULES:
         where = path.relative_to(ROOT).as_posix()
-        for node, at_top in defined(path):
-            wanted = isinstance(node, kind) and (methods or at_top) and not node.name.startswith("_")
+        for name, of_class, at_top in names_of(path).defined:
+            wanted = (of_class or functions) and (methods or at_top) and not name.startswith("_")
             if wanted and where not in COMMANDS:
-                found[node.name].append(where)
+                found[name].append(where)
     return found
 
 
 def test_no_public_name_is_defined_twice() -> None:
-    names = public((ast.ClassDef, ast.FunctionDef))
+    names = public()
     twice = {name: places for name, places in names.items() if len(places) > 1 and name not in TWICE}
     assert not twice
 
 
 def test_classes_are_nouns() -> None:
-    participles = {name for name in public(ast.ClassDef) if re.search(r"[a-z]ed$", name)}
+    participles = {name for name in public(functions=False) if re.search(r"[a-z]ed$", name)}
     assert not participles
 
 
 def test_a_threshold_is_no_turn() -> None:
     """Of modules, columns, keys and arguments too: the word had four meanings.  Old names are read, and say so."""
     for path in MODULES:
-        nodes = list(ast.walk(ast.parse(path.read_text())))
-        fields = {
-            node.target.id for node in nodes if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)
-        }
-        names = fields | {node.arg for node in nodes if isinstance(node, ast.arg)} | {path.stem}
+        names = names_of(path).given | {path.stem}
         assert not {name for name in names if {"turn", "turns"} & set(name.split("_"))}, path
 
 
 def test_words_that_are_ruled_out_are_not_in_names() -> None:
     ruled_out = {word: said for said, words in NOT_SAID.items() for word in words.split()}
-    names = public((ast.ClassDef, ast.FunctionDef), methods=True)
+    names = public(methods=True)
     for name, places in names.items():
         words = {word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)}
         for word in words & set(ruled_out):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -75,6 +76,7 @@ class CrystalCell(NamedTuple):
         return AtomSlab.of_sites(self.name, sites[kept], types[kept], lengths, depth, skin)
 
 
+@cache  # an input asks for it each time that it is checked
 def cell_of(structure: str, face: str) -> CrystalCell:
     """The cell of a structure along a face by its Miller indices, "111"; of hcp, the basal face "0001".
 

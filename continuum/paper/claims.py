@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pandas import DataFrame, Series, read_csv
 
-from continuum.paper.points import alike
+from continuum.paper.points import alike, chosen
 from continuum.paper.relations import largest_tension
 from continuum.sheet import Sheet
 from continuum.theory import paper, rough
@@ -125,7 +125,7 @@ class Claim:
     """Bounds for reproduced and, after a semicolon, for reproduced with a remark."""
 
     def finding(self, points: DataFrame) -> Finding:
-        rows = points.query(self.query)
+        rows = chosen(points, self.query)
         if rows.surface.nunique() < FEWEST:
             return too_few(rows)
         return self.judge(rows) or Finding("not tested", "no points for it in this sweep", 0)
@@ -166,7 +166,7 @@ def _over_bare(rows: DataFrame, of: str, column: str, least: int = 2) -> DataFra
     rows = rows[np.isfinite(rows[column])].assign(law=rows.law.map(str))
     own = ["surface", "law"]
     bare = {which: path.sort_values(of) for which, path in rows[rows.length == 0].groupby(own)}
-    found = rows.query("valid and length > 0").assign(bare=np.nan)
+    found = chosen(rows, "valid and length > 0").assign(bare=np.nan)
     for which, path in found.groupby(own):
         known = bare.get(which, rows[:0])
         if len(known) >= least:
@@ -186,7 +186,7 @@ def _same_diameter(rows: DataFrame) -> Finding:
 
 
 def _mean_gap(rows: DataFrame) -> Finding:
-    rows = _over_bare(rows, "load_rep", "mean_gap").query("load > 0")
+    rows = chosen(_over_bare(rows, "load_rep", "mean_gap"), "load > 0")
     if rows.surface.nunique() < FEWEST:
         return too_few(rows)
     found = (rows.mean_gap - rows.bare) / rows.rms_height
@@ -196,7 +196,7 @@ def _mean_gap(rows: DataFrame) -> Finding:
 
 
 def _stiffness(rows: DataFrame) -> Finding:
-    rows = _over_bare(rows, "load_rep", "stiffness", least=3).query("load > 0")
+    rows = chosen(_over_bare(rows, "load_rep", "stiffness", least=3), "load > 0")
     ratio = rows.stiffness / rows.bare / (rows.kappa_rep / rows.kappa)
     return ratio_finding(rows, ratio, "k_N with adhesion over without, at one N_rep, over κ_rep/κ")
 

@@ -12,7 +12,7 @@ from pandas import DataFrame
 
 from continuum.files import output
 from continuum.paper import fields, relations
-from continuum.paper.points import FigureError, SweepData, figure_table
+from continuum.paper.points import FigureError, SweepData, chosen, figure_table
 from continuum.sheet import Sheet
 from continuum.show import plot
 
@@ -73,14 +73,14 @@ def save_drawing(drawing: Drawing, stem: Path, *, page: bool = False) -> list[Pa
 
 
 def _where(query: str) -> Select:
-    return lambda data: data.points.query(query)
+    return lambda data: chosen(data.points, query)
 
 
 def _along(key: str, query: str) -> Select:
     """The points of a query, in a sweep with an axis on which they have at least two values."""
 
     def found(data: SweepData) -> DataFrame:
-        points = data.points.query(query)
+        points = chosen(data.points, query)
         axis = f"sweep.{key}"
         return points if axis in points and points[axis].nunique() > 1 else points[:0]
 
@@ -89,7 +89,7 @@ def _along(key: str, query: str) -> Select:
 
 def _of_laws(data: SweepData) -> DataFrame:
     """The adhesive points at which κ is taken, in a sweep over laws or whole walls."""
-    points = data.points.query("reference and length > 0")
+    points = chosen(data.points, "reference and length > 0")
     return points if {"sweep.wall.law", "sweep.wall"} & set(points) else points[:0]
 
 

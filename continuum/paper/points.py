@@ -92,6 +92,11 @@ def sweep_points(table: PointTable) -> DataFrame:
     return points
 
 
+def chosen(points: DataFrame, condition: str) -> DataFrame:
+    """The points that meet a condition: as `DataFrame.query`, which prepares all columns, of which it has a few."""
+    return points[points[[name for name in points if name in condition]].eval(condition)]
+
+
 def alike(points: DataFrame, *but: str) -> Series:
     """A number for each point, equal for systems that differ in these keys only, such as the seed."""
     keys = [name for name in points if name.startswith("sweep.") and name.removeprefix("sweep.") not in but]

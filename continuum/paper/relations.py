@@ -20,6 +20,7 @@ from continuum.paper.points import (
     adhesion_colour,
     adhesion_key,
     alike,
+    chosen,
     curve_of,
     draw_points,
     figure_table,
@@ -239,7 +240,7 @@ def draw_tensions(numbers: DataFrame) -> Figure:
 
 def long_paths(points: DataFrame) -> DataFrame:
     """The approaching points in contact of paths that have three of them at least."""
-    touching = points.query("approach and area_rep > 0 and diameter > 0")
+    touching = chosen(points, "approach and area_rep > 0 and diameter > 0")
     return touching.groupby("system").filter(lambda path: len(path) > 2)
 
 

@@ -20,7 +20,7 @@ from continuum.files.toml import ConfigError, Source, document, text_of
 from continuum.runs.config import MOST, RunConfig, expand_range
 from continuum.sweeps.bisection import Bisection, bisection_faults, is_bisection
 from continuum.sweeps.columns import OF_PYTHON, ColumnFunction, OwnColumn, name_faults, own_columns
-from continuum.sweeps.conditions import condition, dotted, holds, is_range
+from continuum.sweeps.conditions import condition, dotted, holds, is_range, values_of
 from continuum.tables import Fault, Key, Table, constraint
 
 _Values = dict[str, Any]
@@ -305,8 +305,8 @@ class Sweep:
             each = zip(self.axes, places, strict=True)
             combination = {key: value for axis, values in each for key, value in zip(axis.keys, values, strict=True)}
             config = None
-            for settings in self._kept([combination | end for end in ends], conditions):
-                config = parsed(self.base.changed(settings), RunConfig)
+            for settings, source in self._kept([combination | end for end in ends], conditions):
+                config = parsed(source, RunConfig)
                 plan = System(identity(config), settings, source=self.base)
                 if plan.key in seen:
                     cause = "equal values, files of the same content, or a key such as solver.threads on an axis"
@@ -328,18 +328,20 @@ class Sweep:
             raise self._refused(("axes", search.key, "bisect"), f"a column at a target of the path: {named}", cause)
         parsed(self.base.changed({**combination, search.key: search.middle(search.whole)}), RunConfig)
 
-    def _kept(self, settings: list[_Values], conditions: Sequence[ast.expr]) -> list[_Values]:
-        """The systems that meet all conditions; of a search both ends or none."""
-        found = [one for one in settings if self._holds(self.base.changed(one), conditions)]
+    def _kept(self, settings: list[_Values], conditions: Sequence[ast.expr]) -> list[tuple[_Values, Source]]:
+        """The systems that meet all conditions, with their inputs; of a search both ends or none."""
+        sources = [(one, self.base.changed(one)) for one in settings]
+        found = [each for each in sources if self._holds(each[1], conditions)]
         if 0 < len(found) < len(settings):
-            cause = f"{label_of(found[0])} is kept, and the other end of the search is not"
+            cause = f"{label_of(found[0][0])} is kept, and the other end of the search is not"
             raise self._refused(("keep",), "conditions on both ends of a search alike", cause)
         return found
 
     def _holds(self, source: Source, conditions: Sequence[ast.expr]) -> bool:
+        known = values_of(source.data)
         for i, each in enumerate(conditions):
             try:
-                if not holds(each, source.data):
+                if not holds(each, known):
                     return False
             except ValueError as error:
                 raise self._refused(("keep", i), f"a condition that holds or not: {error}") from None

@@ -43,13 +43,13 @@ def condition(text: str) -> ast.expr:
     return tree
 
 
-def holds(tree: ast.expr, data: Mapping[str, Any]) -> bool:
-    """Whether a condition holds for the values of an input.
+def holds(tree: ast.expr, known: Callable[[str], Any]) -> bool:
+    """Whether a condition holds for the :func:`values_of` an input.
 
     Raises ValueError if a key is unknown, or it cannot be evaluated.
     """
     try:
-        return bool(_value(tree, _known(data)))
+        return bool(_value(tree, known))
     except RecursionError:
         raise ValueError("it is nested too deep") from None
     except (TypeError, ArithmeticError) as error:
@@ -60,7 +60,9 @@ def _value(node: ast.expr, known: Callable[[str], Any]) -> Any:
     match node:
         case ast.Constant():
             return node.value
-        case ast.Name() | ast.Attribute():
+        case ast.Name():
+            return known(node.id)
+        case ast.Attribute():
             return known(ast.unparse(node))
         case ast.BinOp():
             return _calculated(node.op, _value(node.left, known), _value(node.right, known))
@@ -101,14 +103,16 @@ def dotted(table: Mapping[str, Any], prefix: str = "", *, ranges: bool = False) 
             yield prefix + name, value
 
 
-def _known(data: Mapping[str, Any]) -> Callable[[str], Any]:
-    """Values of an input by dotted key, or by its last part if that is unique."""
-    values = dict(dotted({name: value for name, value in data.items() if name != "sweep"}))
+def values_of(data: Mapping[str, Any]) -> Callable[[str], Any]:
+    """Values of an input by dotted key, or by its last part if that is unique; of any other name a ValueError."""
+    known = dict(dotted({name: value for name, value in data.items() if name != "sweep"}))
 
     def value(name: str) -> Any:
-        found = [key for key in values if key == name or key.endswith(f".{name}")]
-        if name in values or len(found) == 1:
-            return values[name if name in values else found[0]]
+        if name in known:
+            return known[name]
+        found = [key for key in known if key.endswith(f".{name}")]
+        if len(found) == 1:
+            return known[found[0]]
         raise ValueError(f"{name} is {'the name of several keys' if found else 'not a key'} of this input")
 
     return value

@@ -48,7 +48,7 @@ def fuller_tabor(ratio: float) -> float:
 
     unit = -indentation(first) * ratio  # h_rms in the unit of δ
 
-    def load(t: float) -> float:
+    def load(t: float, parts: int = 4000) -> float:
         """Force over N π w R with the plane at t h_rms above the mean of the summits."""
         # Summits of 9 h_rms and more above and below the mean do not count.
         bottom, top = (-9 - t) * unit, (9 - t) * unit
@@ -59,15 +59,16 @@ def fuller_tabor(ratio: float) -> float:
             if bottom > indentation(first)
             else first
         )
-        # 4001 points resolve the Gaussian, whose width in a is at least 1/20 of the interval.
-        a = np.linspace(low, scipy.optimize.brentq(lambda a: indentation(a) - top, low, far(top)), 4001)
+        # 4000 parts resolve the Gaussian, whose width in a is at least 1/20 of the interval.
+        a = np.linspace(low, scipy.optimize.brentq(lambda a: indentation(a) - top, low, far(top)), parts + 1)
         root = np.sqrt(6 * a)
         z = t + (a * a - 2 / 3 * root) / unit
         # Force at each a, times dδ/da.
         weighed = a * (a * a - root) * (2 * a - 2 / root) * np.exp(-z * z / 2)
-        return float(scipy.integrate.simpson(weighed, dx=(a[-1] - a[0]) / 4000)) / (unit * math.sqrt(2 * math.pi))
+        return float(scipy.integrate.simpson(weighed, dx=(a[-1] - a[0]) / parts)) / (unit * math.sqrt(2 * math.pi))
 
-    return _largest_tension(load, -3.0, 6.0 + 1 / ratio) / 1.5
+    # Where it is about, 200 parts tell as well.
+    return _largest_tension(load, lambda t: load(t, 200), -3.0, 6.0 + 1 / ratio) / 1.5
 
 
 def dmt_asperities(ratio: float) -> float:
@@ -90,13 +91,13 @@ def dmt_asperities(ratio: float) -> float:
         )
 
     # Smooth asperities all touch: the plane is far below their mean.
-    return _largest_tension(load, -9.0, 9.0)
+    return _largest_tension(load, load, -9.0, 9.0)
 
 
-def _largest_tension(load: Callable[[float], float], low: float, high: float) -> float:
-    """Largest tension over all positions of the plane."""
+def _largest_tension(load: Callable[[float], float], about: Callable[[float], float], low: float, high: float) -> float:
+    """Largest tension over all positions of the plane; ``about`` is the load, less exactly."""
     steps = np.linspace(low, high, 121)
-    best = int(np.argmin([load(float(t)) for t in steps]))
+    best = int(np.argmin([about(float(t)) for t in steps]))
     bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
     found = scipy.optimize.minimize_scalar(load, bounds=bounds, method="bounded", options={"xatol": 1e-8})
     return max(-float(found.fun), 0.0)  # apart they do not pull

@@ -41,7 +41,7 @@ def level(start: int, stop: int, sums: Real, p: Real, z: Real, most: float, cont
                 here = mi[j] if 0.0 < pi[j] < most else 0.0
                 mz += here * zi[j]
                 in_m += here
-    sums[:2] = mz, in_m
+    sums[0], sums[1] = mz, in_m
 
 
 @compiled
@@ -74,7 +74,7 @@ def select(
                 touched[i, tile] = 2
             elif touched[i, tile] == 2:
                 touched[i, tile] = 1
-    sums[:5] = count, changed, mz, in_m, eighth
+    sums[0], sums[1], sums[2], sums[3], sums[4] = count, changed, mz, in_m, eighth
 
 
 @compiled
@@ -130,7 +130,7 @@ def correct(
                     ti[j] = 0.0
             if touched[i, tile] == 1:
                 touched[i, tile] = 0
-    sums[:] = ss, zs, ys, in_t, zt, zm
+    sums[0], sums[1], sums[2], sums[3], sums[4], sums[5] = ss, zs, ys, in_t, zt, zm
 
 
 @compiled
@@ -203,7 +203,7 @@ def trial(
                 new = min(max(new, 0.0), most)
                 after += new
                 oi[j] = new
-    sums[:3] = below, before, after
+    sums[0], sums[1], sums[2] = below, before, after
 
 
 @compiled
@@ -264,7 +264,7 @@ def arrive(
             for j in range(oi.size):
                 energy += 0.5 * pi[j] * (oi[j] + hi[j])
                 size += pi[j] * (abs(oi[j]) + abs(hi[j]))
-    sums[:2] = energy, size
+    sums[0], sums[1] = energy, size
 
 
 @compiled
@@ -319,7 +319,7 @@ def work_above(start: int, stop: int, sums: Real, p: Real, z: Real, least: float
             for j in range(pi.size):
                 work += pi[j] * (zi[j] - least)
                 total += pi[j]
-    sums[:2] = work, total
+    sums[0], sums[1] = work, total
 
 
 @compiled

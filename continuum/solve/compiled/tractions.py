@@ -66,7 +66,7 @@ def search_line(
                 for j in range(gap.size):
                     slope += (there[1, j] - here[j]) * e[j]
                     curvature += there[2, j] * e[j] * e[j]
-    sums[:2] = slope, curvature
+    sums[0], sums[1] = slope, curvature
 
 
 @compiled
@@ -125,7 +125,7 @@ def move_gap(
             if was_near:
                 kept[:] = 0.0
                 stiff[:] = 0.0
-    sums[:4] = slope, before, energy, size
+    sums[0], sums[1], sums[2], sums[3] = slope, before, energy, size
 
 
 @inlined
@@ -176,4 +176,4 @@ def advance_traction(
             energy += here[0, j]
             slope += wi[j] * missed[j]
             curvature += wi[j] * (ti[j] + here[2, j] * wi[j])
-    sums[:4] = squares, energy, slope, curvature
+    sums[0], sums[1], sums[2], sums[3] = squares, energy, slope, curvature

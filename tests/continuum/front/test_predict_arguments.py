@@ -189,7 +189,7 @@ OPTIONS = (
 
 @pytest.mark.parametrize("name", OPTIONS)
 @given(value=ANYTHING)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8)  # of each of 23 options
 def test_no_argument_of_predict_ends_in_an_error_from_the_depths(name: str, value: object) -> None:
     if name == "solve" and isinstance(value, bool | np.bool_) and value:
         return  # that would be a long test of the solver
@@ -315,9 +315,6 @@ def test_a_map_that_comes_with_the_package_is_found_from_any_folder(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     wafer, known = "inputs/maps/wafer.txt", {"size": "384nm", "unit": "nm", "material": "silicon"}
-    found = c.predict(wafer, **known, solve=False)
-    assert found.topographies[0].heights.shape == (192, 192)
-    assert [fault.kind for fault in found.faults] == ["scars"]
     options = [word for name, value in known.items() for word in (f"--{name}", value)]
     assert main(["predict", wafer, *options, "--no-solve"]) == 0
     assert "8 scars along x" in capsys.readouterr().out

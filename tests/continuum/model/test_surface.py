@@ -57,7 +57,9 @@ def test_the_ensemble_has_the_analytic_moments_and_scatter() -> None:
 
 @pytest.mark.parametrize(("n", "lambda_s", "percent", "digit"), [(4096, 32, 2, 0.5), (256, 16, 6, 0.5), (32, 8, 15, 1)])
 def test_slope_scatter_of_known_systems(n: int, lambda_s: float, percent: float, digit: float) -> None:
-    found = SelfAffine(0.8, 0.1, lambda_s, n / 2).slope_scatter(Grid.square(n))
+    # The modes are those of any grid that carries them.
+    points = min(n, 512)
+    found = SelfAffine(0.8, 0.1, lambda_s, n / 2).slope_scatter(Grid((points, points), (float(n), float(n))))
     assert 100 * found == pytest.approx(percent, abs=digit)  # printed to a whole percent
 
 

@@ -35,6 +35,7 @@ from continuum.sweeps.measured import COLUMNS
 from continuum.sweeps.sweep import SweepListing
 from continuum.theory import rough
 from docs.studies.record import added
+from tests.kinds import covering
 from tests.printed import faults_in_print
 
 N, HEIGHT, REACH = 64, 0.1, 0.02
@@ -88,8 +89,7 @@ def sweep(theory: Theory, *, back: bool) -> PointTable:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("back", [False, True])
-@pytest.mark.parametrize("theory", THEORIES, ids=lambda theory: theory.name)
+@pytest.mark.parametrize(("back", "theory"), covering([False, True], THEORIES))
 def test_the_theory_that_contacts_follow_is_found(theory: Theory, back: bool) -> None:
     table = sweep(theory, back=back)
     thresholds = crossovers(table)

@@ -22,6 +22,7 @@ from continuum.path.loading import follow, solve
 from continuum.path.state import Control, Outcome, PathState, Search
 from continuum.solve.solution import Settings
 from tests import kinds
+from tests.kinds import covering
 from tests.problems import Rough
 
 WALLS: dict[str, Wall] = {
@@ -106,7 +107,10 @@ def test_a_jump_that_a_coarser_grid_has_seen_is_looked_for_where_it_was() -> Non
     assert held.area_rep == state.area_rep
 
 
-@pytest.mark.parametrize(("seed", "target"), [(2, 0.017), (4, 0.0135), (2, 0.006)])
+@pytest.mark.parametrize(
+    ("seed", "target"),
+    [(2, 0.006), *(pytest.param(*each, marks=pytest.mark.long) for each in [(2, 0.017), (4, 0.0135)])],
+)
 def test_the_far_end_of_a_jump_is_solved_once(seed: int, target: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """The trial that makes the bracket narrow enough is its end, to the full tolerance, and not made again."""
     grid, tried = Grid.square(256), list[float]()
@@ -132,7 +136,10 @@ def test_the_far_end_of_a_jump_is_solved_once(seed: int, target: float, monkeypa
     assert abs(tried[-1] - tried[-2]) > 1e-9
 
 
-@pytest.mark.parametrize(("seed", "target"), [(1, 0.0111), (2, 0.0115), (3, 0.0227)])
+@pytest.mark.parametrize(
+    ("seed", "target"),
+    [(1, 0.0111), *(pytest.param(*each, marks=pytest.mark.long) for each in [(2, 0.0115), (3, 0.0227)])],
+)
 def test_a_path_goes_on_beyond_a_jump(seed: int, target: float) -> None:
     """The next area lies beyond: 88 to 196 pairs, and 265 to 560 for the jump, without that 545 to 838 and over 1000.
 
@@ -153,8 +160,7 @@ def test_a_path_goes_on_beyond_a_jump(seed: int, target: float) -> None:
     assert strictly.area_rep == pytest.approx(state.area_rep, rel=0.01)
 
 
-@pytest.mark.parametrize("target", [0.7, 0.9, 0.99, 0.999, 0.9999])
-@pytest.mark.parametrize("shape", [(64, 64), (48, 63)])
+@pytest.mark.parametrize(("target", "shape"), covering([0.7, 0.9, 0.99, 0.999, 0.9999], [(64, 64), (48, 63)]))
 def test_a_hard_contact_is_found_up_to_the_last_point(shape: tuple[int, int], target: float) -> None:
     """Cold, at the price of few pressures: each is some 45 transforms."""
     heights = SelfAffine(0.5, 0.1, 8, 32).synthesise(Grid(shape, shape), np.random.default_rng(4))

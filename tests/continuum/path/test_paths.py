@@ -33,6 +33,7 @@ from continuum.path.state import Control, Event, Outcome, PathState, Search
 from continuum.runs.config import LoadingTable, RunConfig
 from continuum.runs.run import follow_run
 from continuum.solve.solution import Settings, Status
+from tests.kinds import covering
 from tests.problems import SMALL, Rough
 from tests.stored import same, stop_after
 
@@ -51,9 +52,12 @@ def jumps(states: Sequence[PathState]) -> list[Event]:
 # --- mean pressure -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("mean", ["clamped", "free", 0.03])
 @pytest.mark.parametrize(
-    "wall", [LennardJonesSpline(0.0), LennardJonesSpline(0.3464), InversePowers((9, 3), adhesion_length=0.005)]
+    ("mean", "wall"),
+    covering(
+        ["clamped", "free", 0.03],
+        [LennardJonesSpline(0.0), LennardJonesSpline(0.3464), InversePowers((9, 3), adhesion_length=0.005)],
+    ),
 )
 def test_control_by_pressure_is_control_by_mean_gap_at_the_same_state(wall: Wall, mean: MeanMode) -> None:
     problem = rough(128, wall, mean=mean)

@@ -19,6 +19,7 @@ from continuum.path.equilibrium import equilibrium
 from continuum.path.loading import follow, solve
 from continuum.path.state import NOT_LOOKED, Control, Outcome, PathState, Search, gone, not_looked_at
 from continuum.solve.solution import Settings
+from tests.kinds import covering
 from tests.problems import Rough
 
 SETTINGS = Settings(1e-7)
@@ -29,12 +30,19 @@ def pairs(state: PathState) -> float:
 
 
 @pytest.mark.parametrize(
-    "wall",
-    [LennardJonesSpline(0.0), LennardJonesSpline(adhesion_length=0.005), LennardJonesSpline(adhesion_length=0.05),
-     InversePowers((9, 3), adhesion_length=0.005), Exponential(0.005, 0.3, 2.0), HardWall()],
-    ids=repr,
-)  # fmt: skip
-@pytest.mark.parametrize("target", [0.8, 0.95, 0.99])
+    ("wall", "target"),
+    covering(
+        [
+            LennardJonesSpline(0.0),
+            LennardJonesSpline(adhesion_length=0.005),
+            LennardJonesSpline(adhesion_length=0.05),
+            InversePowers((9, 3), adhesion_length=0.005),
+            Exponential(0.005, 0.3, 2.0),
+            HardWall(),
+        ],
+        [0.8, 0.95, 0.99],
+    ),
+)
 def test_a_large_area_is_found_at_the_price_of_a_few_solves(wall: Wall, target: float) -> None:
     """From rest, with the last solve, in solves from rest at its mean gap, whose state it is.
 

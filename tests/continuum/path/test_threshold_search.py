@@ -28,6 +28,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.growth import contact_identity
 from continuum.solve.solution import Settings
 from continuum.theory.paper import snap_in_wavelength
+from tests.kinds import covering
 from tests.problems import SMALL
 
 GRID = c.Grid((60, 72), (60.0, 72.0))
@@ -51,8 +52,7 @@ def found(seed: int = 1, reach: float = 0.5, shape: str = "spline", area: float 
     return contact.find_threshold(wall, area=area).require()
 
 
-@pytest.mark.parametrize("shape", ["spline", "exponential"])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize(("shape", "seed"), covering(["spline", "exponential"], [1, 2]))
 def test_the_load_at_the_area_changes_its_sign_there(seed: int, shape: str) -> None:
     searched, wall = found(seed, shape=shape), law(0.5, shape)
     assert searched.bracket is not None

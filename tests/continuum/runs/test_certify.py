@@ -23,6 +23,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.runs.record import Point
 from tests import kinds
+from tests.kinds import covering
 from tests.problems import SMALL
 
 WALLS: dict[str, dict[str, Any]] = {
@@ -38,8 +39,7 @@ def stored(folder: Path, with_fields: bool = True, **settings: object) -> Path:
     return c.run(folder / "small.toml", folder / "small.h5", settings=given, force=True).path
 
 
-@pytest.mark.parametrize("fields", [True, False])
-@pytest.mark.parametrize("name", WALLS)
+@pytest.mark.parametrize(("fields", "name"), covering([True, False], WALLS))
 def test_states_of_every_law_are_sound_stored_or_found_again(name: str, fields: bool, tmp_path: Path) -> None:
     wall = WALLS[name]
     found = c.certify(stored(tmp_path, fields, wall=wall))

@@ -24,6 +24,7 @@ from continuum.solve.compiled.corrections import TiledSmoothGrid as SmoothGrid
 from continuum.solve.compiled.passes import Passes
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
+from tests.kinds import covering
 
 
 def heights(n: int) -> Real:
@@ -69,9 +70,7 @@ def test_a_grid_in_plain_numpy_finds_the_same_state(
     np.testing.assert_allclose(found[0].gap, found[1].gap, atol=1e-13)
 
 
-@pytest.mark.parametrize("kind", [np.float32, np.float64])
-@pytest.mark.parametrize("levels", [1, 2])
-@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize(("kind", "levels", "held"), covering([np.float32, np.float64], [1, 2], [False, True]))
 def test_a_step_of_a_coarser_grid_leaves_less_of_the_residual(
     held: bool, levels: int, kind: type, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,6 +15,7 @@ from continuum.model.walls import Wall
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
 from tests.classical import AdhesiveWave, Westergaard
+from tests.kinds import covering
 
 
 def line(n: int, spacing: float = 1.0) -> c.Grid:
@@ -25,8 +26,10 @@ def rough(n: int, seed: int = 1) -> Real:
     return c.SelfAffine(0.8, 0.1, 8, n / 4).synthesise(line(n), np.random.default_rng(seed))
 
 
-@pytest.mark.parametrize("wall", [c.HardWall(), c.HardWall(0.1), c.LennardJonesSpline(adhesion_length=0.002)], ids=repr)
-@pytest.mark.parametrize("n", [96, 255, 512])
+@pytest.mark.parametrize(
+    ("wall", "n"),
+    covering([c.HardWall(), c.HardWall(0.1), c.LennardJonesSpline(adhesion_length=0.002)], [96, 255, 512]),
+)
 def test_a_line_is_a_strip(wall: Wall, n: int) -> None:
     """The same tractions as on two and three points across, whichever grids the solver takes on its way."""
     heights, settings = rough(n), Settings(1e-9)

@@ -18,6 +18,7 @@ from continuum.path.loading import solve
 from continuum.solve.non_periodic import NonPeriodicSolver
 from continuum.solve.solution import Settings, Status
 from continuum.solve.stability import stability
+from tests.kinds import covering
 from tests.problems import Rough, hessian_product
 
 WALL = LennardJonesSpline(0.3)
@@ -56,8 +57,7 @@ def test_rough_surfaces_against_dense_eigenvalues(adhesion_length: float) -> Non
     assert exact - 1e-12 <= found.eigenvalue <= exact + found.error
 
 
-@pytest.mark.parametrize("shape", [(6, 6), (7, 5), (2, 9)])
-@pytest.mark.parametrize("mean", [None, 0.0])
+@pytest.mark.parametrize(("shape", "mean"), covering([(6, 6), (7, 5), (2, 9)], [None, 0.0]))
 def test_a_part_of_a_half_space_against_dense_eigenvalues(shape: tuple[int, int], mean: float | None) -> None:
     """Its stiffness is the inverse of its influence; under a given load a rigid shift costs nothing."""
     boundary = OpenBoundary(Grid(shape, (1.5 * shape[0], float(shape[1]))))

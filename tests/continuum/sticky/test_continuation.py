@@ -20,6 +20,7 @@ from continuum.theory.rough import conformal_energy
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.mending import cut_off
 from continuum.topography.roughness import roughness_of
+from tests.kinds import covering
 
 GRID = Grid.square(1024)
 COARSE = 8
@@ -37,8 +38,7 @@ def overview(heights: np.ndarray) -> Topography:
     return Topography(seen[::COARSE, ::COARSE], (1024.0, 1024.0), True, "overview")
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.parametrize("hurst", [0.3, 0.5, 0.8])
+@pytest.mark.parametrize(("seed", "hurst"), covering([1, 2, 3], [0.3, 0.5, 0.8]))
 def test_an_overview_continued_has_the_moments_of_the_surface(hurst: float, seed: int) -> None:
     """The overview alone has a third to two thirds of the slope, and an eighth of the curvature."""
     heights = whole(hurst, seed)

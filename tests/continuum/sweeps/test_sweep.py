@@ -35,7 +35,7 @@ from continuum.runs.cost import cost_of
 from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep, label_of
 from continuum.sweeps.collect import Verification, collect, sweep_verify
-from continuum.sweeps.conditions import condition, holds
+from continuum.sweeps.conditions import condition, holds, values_of
 from continuum.sweeps.measured import numbers_of
 from continuum.sweeps.status import sweep_status
 from continuum.sweeps.sweep import begin, solve_system, systems_of
@@ -236,7 +236,7 @@ def test_any_condition_holds_or_not_or_is_refused_at_once(text: str) -> None:
     """Powers of powers of 1e300 must not take forever: nothing here takes longer than arithmetic of floats."""
     data = {"grid": {"n": (24, 30)}, "surface": {"kind": "self-affine", "seed": 3, "hurst": 0.8}}
     try:
-        found = holds(condition(text), data)
+        found = holds(condition(text), values_of(data))
     except ValueError:
         return
     assert isinstance(found, bool)

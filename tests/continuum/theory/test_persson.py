@@ -17,6 +17,7 @@ from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.theory import rough
 from docs.studies.persson import PerssonContact, persson_area
+from tests.kinds import covering
 
 
 def surface(hurst: float = 0.8, slope: float = 0.1, gamma: float = 0.45) -> PerssonContact:
@@ -51,8 +52,7 @@ def test_far_away_the_pressure_of_one_wavelength_decays_over_gamma_h_sqrt_2_over
     assert (far[1] - far[0]) / np.log(100) == pytest.approx(gamma * one.rms_height * np.sqrt(2 / np.pi), rel=2e-3)
 
 
-@pytest.mark.parametrize("hurst", [0.2, 0.8])
-@pytest.mark.parametrize("area", [0.01, 0.2])
+@pytest.mark.parametrize(("hurst", "area"), covering([0.2, 0.8], [0.01, 0.2]))
 def test_gaps_have_the_area_that_is_left_and_the_mean_gap(hurst: float, area: float) -> None:
     one = surface(hurst)
     pressure = one.pressure(area)
@@ -78,8 +78,7 @@ def test_stretched_heights_and_range_change_the_work_by_the_square(hurst: float,
     )
 
 
-@pytest.mark.parametrize("area", [0.003, 0.01, 0.1])
-@pytest.mark.parametrize("reach", [0.05, 1.0])
+@pytest.mark.parametrize(("area", "reach"), covering([0.003, 0.01, 0.1], [0.05, 1.0]))
 def test_weak_adhesion_has_its_threshold_where_the_attraction_of_all_gaps_is_the_pressure(
     area: float, reach: float
 ) -> None:

@@ -289,7 +289,7 @@ def verdicts(contact: RoughContact) -> tuple[Estimate, ...]:
 
 
 @given(contacts)
-@settings(max_examples=20)
+@settings(max_examples=8)  # each by twenty criteria
 def test_the_margin_is_the_factor_by_which_adhesion_exceeds_the_onset(contact: RoughContact) -> None:
     for name, criterion in CRITERIA.items():
         estimate = criterion(contact) if criterion.possible(contact) else None
@@ -309,7 +309,7 @@ def test_the_margin_is_the_factor_by_which_adhesion_exceeds_the_onset(contact: R
 
 
 @given(contacts, st.floats(1e-9, 1e3), st.floats(1e-6, 1e12))
-@settings(max_examples=10)
+@settings(max_examples=6)
 def test_estimates_in_any_units(contact: RoughContact, length: float, modulus: float) -> None:
     values: dict[str, Any] = {
         name: None if value is None else value * length ** ARGUMENTS[name][0][0] * modulus ** ARGUMENTS[name][0][1]

@@ -28,6 +28,7 @@ from continuum.topography.reading import read_topography
 from continuum.topography.roughness import roughness_of
 from continuum.topography.scanlines import scan_lines
 from tests.faulty_maps import FAULTS, PIXEL, clean, cut_out, faulty
+from tests.kinds import covering
 
 BAND = 1.35
 """A mended map has the threshold of the clean one within this factor.  Lines leave their share of white noise, a
@@ -106,8 +107,7 @@ def test_a_tilt_is_corrected_by_default_and_that_is_said() -> None:
     assert "mean plane taken off" in detrend(tilted).steps[-1]
 
 
-@pytest.mark.parametrize("steps", [24, 100])
-@pytest.mark.parametrize("how", ["plane", "curvature", "lines", "none"])
+@pytest.mark.parametrize(("steps", "how"), covering([24, 100], ["plane", "curvature", "lines", "none"]))
 def test_equal_heights_are_seen_whatever_is_subtracted(steps: int, how: Detrending) -> None:
     heights = np.array(clean(lambda_s=32.0).heights)
     level = np.ptp(heights) / steps
@@ -118,8 +118,7 @@ def test_equal_heights_are_seen_whatever_is_subtracted(steps: int, how: Detrendi
     assert "height steps" not in [fault.kind for fault in find_faults(detrend(clean(lambda_s=32.0), how)).faults]
 
 
-@pytest.mark.parametrize("lambda_s", [8.0, 16.0])
-@pytest.mark.parametrize("hurst", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize(("lambda_s", "hurst"), covering([8.0, 16.0], [0.1, 0.5, 0.9]))
 def test_white_noise_beyond_the_cut_off_of_a_surface_is_a_fault_and_the_surface_is_none(
     hurst: float, lambda_s: float
 ) -> None:

@@ -16,6 +16,7 @@ from continuum.topography.instruments import measurements
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.reading import read_topography
 from continuum.topography.spectra import isotropic_surface, joined, joined_spectrum
+from tests.kinds import covering
 from tests.measured import MEASURED, needs_files, needs_reader
 
 NM = 1e-9
@@ -30,8 +31,7 @@ def measured(hurst: float, seed: int) -> tuple[Real, Topography, Topography]:
     return heights, fine, Topography(smooth * NM, (1024 * NM, 1024 * NM), source="coarse")
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.parametrize("hurst", [0.3, 0.8])
+@pytest.mark.parametrize(("seed", "hurst"), covering([1, 2, 3], [0.3, 0.8]))
 def test_a_window_and_an_overview_give_the_whole_surface(hurst: float, seed: int) -> None:
     heights, fine, coarse = measured(hurst, seed)
     found = joined([fine, coarse])

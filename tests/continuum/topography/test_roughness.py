@@ -21,6 +21,7 @@ from continuum.topography.roughness import (
     stencil_moments,
     together,
 )
+from tests.kinds import covering
 
 
 def sine(grid: Grid, m: int, n: int, phase: float = 0.3) -> Real:
@@ -114,8 +115,7 @@ def test_two_bodies_together_are_rougher_by_their_squares() -> None:
     assert together(*parts).moments == pytest.approx(summed.moments, rel=1e-9)
 
 
-@pytest.mark.parametrize("hurst", [0.3, 0.5, 0.8])
-@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize(("hurst", "periodic"), covering([0.3, 0.5, 0.8], [True, False]))
 def test_the_fit_finds_exponent_and_cut_offs(hurst: float, periodic: bool) -> None:
     for seed in range(3):
         grid = Grid.square(512)
