@@ -1,7 +1,7 @@
 """Friction and pull-off of a smooth wall and of three walls of atoms, over the same rough maps of springs.
 
 ``python -m docs.studies.friction_of_walls --into docs/measured`` adds what is not yet in ``friction-walls.csv``, a row
-for each wall and map, a minute or two on one core; without ``--into`` it prints the tables of
+for each wall and map, a minute on one core; without ``--into`` it prints the tables of
 docs/studies/friction_of_walls.md from that file.  Friction is the mean over whole periods of the lattice under one
 load, each of so many windows that the lateral force is also known as a function of where the wall stands above the
 sites: its registry.  Pull-off is the largest tension on the way up, at 0 K, in steps of 0.05 a0; beside it stands that
@@ -19,6 +19,7 @@ over all registries.
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 import tempfile
 from collections.abc import Callable
@@ -127,7 +128,7 @@ def largest_tension(loads: Real) -> tuple[float, float]:
     return -float(up.min()), UP[int(up.argmin())]
 
 
-def pull_off(wall: str, seed: int, folder: Path) -> dict[str, Any]:
+def pull_off(wall: str, seed: int, given: argparse.Namespace, folder: Path) -> dict[str, Any]:
     """Pull-off of the atoms, and of the continuum."""
     found = run(wall, surface(seed), folder, separations=[*DOWN, *UP])
     tension, at = largest_tension(np.array([step.load for step in found.steps]))
@@ -219,15 +220,15 @@ def main() -> None:
     given = parser.parse_args()
     if given.into:
         file = given.into / FILE
-        rows = read_csv(file).to_dict("records") if file.is_file() else []
-        for seed in given.maps:
-            for wall in WALLS:
-                if not any(row["map"] == seed and row["wall"] == wall for row in rows):
+        stored = read_csv(file).to_dict("records") if file.is_file() else []
+        found: dict[Any, dict[str, Any]] = {(row["map"], row["wall"]): row for row in stored}
+        for measure, known in ((pull_off, "pull_off"), (slide, "friction")):
+            for seed, wall in itertools.product(given.maps, WALLS):
+                row = found.setdefault((seed, wall), {"wall": wall, "map": seed})
+                if np.isnan(row.get(known, np.nan)):
                     with tempfile.TemporaryDirectory() as folder:
-                        pulled = pull_off(wall, seed, Path(folder) / "up")
-                        slid = slide(wall, seed, given, Path(folder) / "along")
-                    rows.append({"wall": wall, "map": seed, **slid, **pulled})
-                    DataFrame(rows).to_csv(file, index=False, float_format="%.6g", lineterminator="\n")
+                        row |= measure(wall, seed, given, Path(folder) / "deck")
+                    DataFrame(found.values()).to_csv(file, index=False, float_format="%.6g", lineterminator="\n")
     rows = read_csv((given.into or MEASURED) / FILE)
     sys.stdout.write(f"{table(rows)}\n\n{verdicts(rows)}\n")
 
