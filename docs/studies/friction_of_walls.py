@@ -9,7 +9,7 @@ of the continuum on a half-space in the same steps, with the law of the smooth w
 crystals (:func:`law_of`).
 
 Expected, before the first run, of means over three maps with their 95 % intervals by Student's t (a statement is held
-if the interval lies within the bounds, refuted if it lies outside of them, and undecided otherwise): :data:`STATED`.
+if the interval lies within the bounds, refuted if it lies outside of them, and not decided otherwise): :data:`STATED`.
 The bounds come from runs on one other map: friction of the first three walls, pull-off of all but 17 rows over 16.
 Within a contact the registries of turned rows, which repeat every 3 a0, cancel; those of 17 rows over 16, which repeat
 once in the map, do not, so that less of the wall is near the surface at once, and its tension is below that of the mean
@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from pandas import DataFrame, Series, read_csv
+from pandas import DataFrame, MultiIndex, Series, read_csv
 from scipy.stats import t
 
 import atomistic as a
@@ -54,6 +54,13 @@ WALLS: dict[str, tuple[WallForce, dict[str, Any] | None]] = {
 DOWN = (1.8, 1.6, 1.4, 1.2, 1.1, 1.0, 0.95)
 UP = tuple(np.round(np.arange(1.0, 1.71, 0.05), 2).tolist())
 """Separations of the pull-off, in a0: loads of 0.01 E* and more are reached, as while sliding."""
+
+COLUMNS = {
+    "load": ("load kept (E\\*)", 1, 5), "friction": ("friction coefficient", 1, 3),
+    "registry": ("registry (1e-3 E\\*)", 1e3, 2), "pull_off": ("pull-off (1e-3 E\\*)", 1e3, 2),
+    "over_continuum": ("over the continuum", 1, 3),
+}  # fmt: skip
+"""Numbers of each wall and map, by what stands above them, their unit and their digits in the table."""
 
 
 class Stated(NamedTuple):
@@ -91,23 +98,21 @@ STATED = (
 )
 
 
-def contact_of(heights: Real) -> c.Contact:
-    """The smooth wall above a map."""
-    return c.Contact(heights, LAW)
-
-
 def surface(seed: int) -> Real:
     """Heights of a map of rms slope 0.1 and λ_s = 8 a0, in a0."""
     return c.SelfAffine(0.8, 0.1, 8.0, N).synthesise(c.Grid.square(N), np.random.default_rng(seed))
 
 
 def run(wall: str, heights: Real, folder: Path, **steps: Any) -> DeckRun:
-    """A deck of a wall above springs, from end to end."""
+    """A deck of a wall above springs, from end to end; raises RuntimeError where one of its states is not sound."""
     wall_force, crystal = WALLS[wall]
     made = a.deck(
-        contact_of(heights), depth=DEPTH, follows="atom", wall_force=wall_force, wall_crystal=crystal, **steps
+        c.Contact(heights, LAW), depth=DEPTH, follows="atom", wall_force=wall_force, wall_crystal=crystal, **steps
     )
-    return a.run_deck(made.write(folder))
+    found = a.run_deck(made.write(folder))
+    if not found.converged:
+        raise RuntimeError(f"{wall}: {[step.status for step in found.steps]}")
+    return found
 
 
 def law_of(wall: str) -> c.Wall:
@@ -134,10 +139,7 @@ def pull_off(wall: str, seed: int, given: argparse.Namespace, folder: Path) -> d
     tension, at = largest_tension(np.array([step.load for step in found.steps]))
     smooth = c.Contact(surface(seed), law_of(wall)).path(mean_gap=[*DOWN, *UP])
     continuum, _ = largest_tension(np.array([state.require().load for state in smooth]))
-    return {
-        "pull_off": tension, "pull_off_at": at, "over_continuum": tension / continuum,
-        "hysteresis": tension + min(step.load for step in found.steps[: len(DOWN)]), "equilibria": found.converged,
-    }  # fmt: skip
+    return {"pull_off": tension, "pull_off_at": at, "over_continuum": tension / continuum}
 
 
 def by_period(run: DeckRun, name: str) -> Real:
@@ -167,43 +169,47 @@ def slide(wall: str, seed: int, given: argparse.Namespace, folder: Path) -> dict
         # Half of the way of the lateral force within a period, and what thermal noise alone would make of it.
         "registry": float(np.ptp(shear.mean(axis=0))) / 2,
         "registry_error": float(np.sqrt(np.mean(noise[1] ** 2) / len(load))),
-        "height": float(by_period(found, "separation")[given.run_in :].mean()), "sound": found.converged,
+        "height": float(by_period(found, "separation")[given.run_in :].mean()),
     }  # fmt: skip
 
 
-def _mean(each: Series) -> tuple[float, float]:
-    """Mean over maps and its standard error."""
-    return float(each.mean()), float(each.std(ddof=1) / np.sqrt(len(each)))
+def _mean(each: Series) -> tuple[float, float, int]:
+    """Mean over the maps that were run, its standard error and their number; of fewer than two there is no error."""
+    there = each.dropna()
+    return float(there.mean()), float(there.std(ddof=1) / np.sqrt(len(there))), len(there)
+
+
+def by_wall(rows: DataFrame) -> DataFrame:
+    """A row for each map, and a column for each number and wall: NaN where it was not run."""
+    return rows.pivot(index="map", columns="wall").reindex(columns=MultiIndex.from_product([COLUMNS, WALLS]))
 
 
 def table(rows: DataFrame) -> str:
     """Means over maps and their standard errors, for each wall."""
-    columns = {"load": ("load kept (E\\*)", 1, 5), "friction": ("friction coefficient", 1, 3),
-               "registry": ("registry (1e-3 E\\*)", 1e3, 2), "pull_off": ("pull-off (1e-3 E\\*)", 1e3, 2),
-               "over_continuum": ("over the continuum", 1, 3)}  # fmt: skip
-    lines = [f"| wall | maps | {' | '.join(head for head, *_ in columns.values())} |", f"|{'---|' * 7}"]
-    for wall, part in rows.groupby("wall", sort=False):
-        cells = [str(len(part))]
-        for name, (_, unit, digits) in columns.items():
-            mean, error = _mean(part[name] * unit)
-            cells.append(f"{mean:.{digits}f} ± {error:.{digits}f}")
+    wide = by_wall(rows)
+    lines = [f"| wall | {' | '.join(head for head, *_ in COLUMNS.values())} |", f"|{'---|' * (len(COLUMNS) + 1)}"]
+    for wall in WALLS:
+        cells = []
+        for name, (_, unit, digits) in COLUMNS.items():
+            mean, error, count = _mean(wide[name, wall] * unit)
+            cells.append(f"{mean:.{digits}f} ± {error:.{digits}f}" if count > 1 else "not run")
         lines.append(f"| {wall} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
 def verdicts(rows: DataFrame) -> str:
     """What became of each statement."""
-    wide = rows.pivot(index="map", columns="wall")
-    lines = ["| wall | mean over maps | stated | found, 95 % interval | verdict |", "|---|---|---|---|---|"]
+    wide = by_wall(rows)
+    lines = ["| wall | mean over maps | stated | found, 95 % interval | maps | verdict |", f"|{'---|' * 6}"]
     for what, wall, of, low, high in STATED:
-        mean, error = _mean(of(wide))
-        half = float(t.ppf(0.975, len(wide) - 1)) * error
-        within, outside = low <= mean - half and mean + half <= high, mean + half < low or mean - half > high
-        verdict = "held" if within else "**refuted**" if outside else "undecided"
-        lines.append(
-            f"| {wall} | {what} | {low:.2g} to {high:.2g} | {mean:.3f} ({mean - half:.3f} to {mean + half:.3f}) | "
-            f"{verdict} |"
-        )
+        mean, error, count = _mean(of(wide))
+        found, verdict = "–", "not run"
+        if count > 1:
+            half = float(t.ppf(0.975, count - 1)) * error
+            within, outside = low <= mean - half and mean + half <= high, mean + half < low or mean - half > high
+            found = f"{mean:.3f} ({mean - half:.3f} to {mean + half:.3f})"
+            verdict = "held" if within else "**refuted**" if outside else "not decided"
+        lines.append(f"| {wall} | {what} | {low:.2g} to {high:.2g} | {found} | {count} | {verdict} |")
     return "\n".join(lines)
 
 
