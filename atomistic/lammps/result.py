@@ -51,7 +51,10 @@ class DeckStatus(enum.Enum):
     YIELDED = (
         "the crystal has slipped: atoms have other neighbours than at rest; it is plastic if they keep them unloaded"
     )
-    DISTORTED = "neighbours have moved apart or past one another: the separation is too small, or the start wrong"
+    DISTORTED = (
+        "neighbours have moved apart or past one another: the separation is too small, the start is wrong, or the "
+        "surface reconstructs"
+    )
 
     @property
     def ok(self) -> bool:

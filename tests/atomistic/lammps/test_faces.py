@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -34,12 +35,14 @@ from atomistic.response.material import measure_crystal
 from continuum.arguments import ArgumentError
 from continuum.files.inputs import load, parsed, source_of
 from continuum.files.toml import ConfigError
-from continuum.model.cubic import rotated
+from continuum.model.cubic import anisotropic_contact_modulus, rotated
 from continuum.model.fourier import Real
 from continuum.model.walls import LennardJonesSpline
 from continuum.theory.smooth import Hertz
 
 INPUTS = Path(__file__).parents[3] / "inputs/lammps"
+OF_A_CRYSTAL = sorted(path for path in INPUTS.glob("*.toml") if "crystal" in tomllib.loads(path.read_text()))
+"""Inputs that name their crystal: Cu(111), Fe(110), Si(100), an alloy, and atoms of a file."""
 GPA = 160.2176634
 SPRINGS: dict[str, Any] = {
     "separation": 1.0,
@@ -101,6 +104,17 @@ def test_a_face_has_the_elastic_constants_of_the_crystal() -> None:
     expected = rotated(cube.constants.stiffness_tensor(), below.cell.axes)
     # Central differences of 1e-5 leave 1e-8 (atomistic/response/material.py).
     assert np.abs(below.tensor * below.contact_modulus - expected).max() < 3e-8 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize(("face", "known"), [("110", 1.46906), ("111", 1.49866)])
+def test_springs_below_a_face_have_its_contact_modulus(face: Any, known: float) -> None:
+    """In k_s/a0, by the integral of Barnett and Lothe, to the digits known: E* of the deck is that of its face."""
+    below = model_below(a.Springs(), CrystalTable(face=face))
+    assert isinstance(below, AnyCrystalModel)
+    assert isinstance(below.potential, a.Springs)
+    assert 1 / below.potential.stiffness == pytest.approx(known, abs=6e-6)
+    angles = np.arange(32) * np.pi / 32
+    assert np.mean(1 / anisotropic_contact_modulus(below.tensor, angles)) == pytest.approx(1, rel=1e-9)
 
 
 def test_silicon_has_published_constants_as_its_two_lattices_shift() -> None:
@@ -214,9 +228,9 @@ def test_a_sphere_on_a_111_face_is_that_of_hertz_with_the_modulus_of_the_face(tm
     assert np.sqrt(np.mean((found.traction - expected) ** 2)) < 0.02 * expected.max()
 
 
-@pytest.mark.parametrize("name", ["copper-111", "iron", "silicon", "alloy", "own"])
-def test_an_input_of_each_kind_runs_from_end_to_end(name: str, tmp_path: Path) -> None:
-    text = (INPUTS / f"{name}.toml").read_text()
+@pytest.mark.parametrize("path", OF_A_CRYSTAL, ids=lambda path: path.stem)
+def test_an_input_of_each_kind_runs_from_end_to_end(path: Path, tmp_path: Path) -> None:
+    text = path.read_text()
     (tmp_path / "slab.xyz").write_bytes((INPUTS / "slab.xyz").read_bytes())
     # At 0 K nothing has to be measured for half a minute, and a fast wall needs less time.
     for long, short in (('"300K"', "0.0"), ("velocity = 0.05", "velocity = 0.25"), ("window = 5.0", "window = 1.0")):
@@ -243,6 +257,54 @@ def test_an_input_of_each_kind_runs_from_end_to_end(name: str, tmp_path: Path) -
     assert beside.same > 0.8
     with pytest.raises(DeckError, match=r"only one of fcc\(100\) can be certified"):
         run.certify()
+
+
+def bonds(slab: AtomSlab, positions: Real) -> set[tuple[int, int]]:
+    """Pairs of surface atoms that are nearest neighbours."""
+    at = positions[: slab.surface_atoms]
+    between = at[:, None] - at
+    between[..., :2] -= np.array(slab.grid.lengths) * np.rint(between[..., :2] / slab.grid.lengths)
+    i, j = np.nonzero(np.triu(np.linalg.norm(between, axis=-1) < slab.lost, 1))
+    return set(zip(i.tolist(), j.tolist(), strict=True))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("path", OF_A_CRYSTAL, ids=lambda path: path.stem)
+def test_a_crystal_at_300_kelvin_keeps_temperature_load_and_energy_under_a_sliding_wall(
+    path: Path, tmp_path: Path
+) -> None:
+    tables = tomllib.loads(path.read_text())
+    tables.pop("separation", None)
+    if "atoms" in tables["crystal"]:
+        tables["crystal"]["atoms"] = str(INPUTS / tables["crystal"]["atoms"])
+    protocol = {
+        "kind": "sliding", "pressure": 0.01, "velocity": 0.02, "distance": 2.0, "window": 20.0, "hold": 2, "dwell": 2,
+        "temperature": "300K",
+    }  # fmt: skip
+    made = a.deck(parsed(source_of(tables | {"follows": "atom", "protocol": protocol}, "deck"), DeckConfig))
+    run = a.run_deck(made.write(tmp_path / "deck"))
+    assert run.finished
+    slab, temperature = run.last.slab, run.description.temperature
+    assert isinstance(slab, AtomSlab)
+    # Seen: at most 2.3 standard errors of five windows, of which the blocks of one know their own correlations only.
+    for name, asked in (("temperature", temperature), ("load", 0.01)):
+        found = run.mean(name)
+        assert found.mean == pytest.approx(asked, abs=4 * found.error), name
+        assert found.error < 0.15 * asked, name
+    # Velocity Verlet errs by 0.3 % of the energy of the fastest vibrations (test_servo.py), 3 k_B T of each atom.
+    assert run.balance is not None
+    assert abs(run.balance.left) < 0.003 * 3 * slab.moving * temperature / slab.grid.area
+    # A wall that lost its contact, or half of it, would keep no load.
+    assert min(step.area_rep for step in run.steps) > run.steps[0].area_rep / 2
+    assert not any(step.slipped for step in run.steps)
+    # The atoms of an ideal (100) surface of silicon pair into dimers, by more than a crystal may be distorted.
+    paired = bonds(slab, slab.positions + run.last.displacements) - bonds(slab, slab.positions)
+    if tables["crystal"].get("lattice") == "diamond":
+        assert len(paired) > slab.surface_atoms / 4
+        assert {step.status for step in run.steps} <= {"AVERAGED", "DISTORTED"}
+    else:
+        assert not paired
+        assert run.converged
 
 
 def test_a_suffix_of_the_command_line_is_not_in_the_way_of_the_formulas(tmp_path: Path) -> None:
