@@ -2,12 +2,17 @@
 
 ``make mutants`` draws a hundred changes at random and takes half an hour on two cores.  A change that no test sees is a
 test that is missing, a line that nobody needs, or one that means the same: the list at the end says which they are.
+
+All changes meet the tests nearest to them first, then those that are left the tests further away: what a draw says is
+known early, and each answer is printed when it is there.  A process that has imported the libraries is forked for each
+run, since their import takes longer than most tests near a change.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import multiprocessing
 import os
 import random
 import re
@@ -15,16 +20,18 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from difflib import unified_diff
-from functools import cache
+from functools import cache, partial
 from itertools import islice
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
+import pytest
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
@@ -57,6 +64,11 @@ MANY = 100
 """Points of a `linspace`, and steps that a `limit` allows, of which one more or less is no other physics."""
 SECONDS = 300
 """Time of one test, after which the change counts as caught: it does not end.  The slowest takes some 20 s."""
+LIBRARIES = ["numba", "numpy", "scipy.optimize", "scipy.ndimage", "scipy.signal", "scipy.stats", "pydantic", "pandas",
+             "xarray", "matplotlib.pyplot", "pytest", "ase.build"]  # fmt: skip
+"""Imported once, before the changes; hypothesis is imported by pytest, which looks at its assertions."""
+KERNELS = re.compile(r"^@(compiled|inlined|njit)\b", re.MULTILINE)
+"""What says that a module has compiled loops."""
 
 
 @cache
@@ -78,6 +90,10 @@ class Mutant:
         changed = mutate_code(text(self.module), get_operator(self.operator)(), self.occurrence)
         assert isinstance(changed, str)
         return changed
+
+    def is_compiled(self) -> bool:
+        """Whether loops have to be compiled anew."""
+        return bool(KERNELS.search(text(self.module)))
 
     def is_another_program(self) -> bool:
         """Whether Python reads it as other than it was."""
@@ -109,9 +125,11 @@ def is_physics(node: Any) -> bool:
         return False
     many = node.type == "number" and node.value.isdigit() and int(node.value) >= MANY
     while node.parent is not None:
-        if many and node.get_code().strip().startswith(("limit=", "np.linspace(")):
+        # The code of a whole module is not asked for at each of its numbers.
+        call = node.get_code().strip() if node.type in ("atom_expr", "argument") else ""
+        if many and call.startswith(("limit=", "np.linspace(")):
             return False
-        if node.get_code().strip().startswith("np.empty("):  # room for what is written there: more of it is not used
+        if call.startswith("np.empty("):  # room for what is written there: more of it is not used
             return False
         if node.type == "raise_stmt":
             return False
@@ -136,8 +154,12 @@ def imported() -> dict[str, str]:
     return {path.relative_to(ROOT).as_posix(): path.read_text() for path in found}
 
 
+@cache
 def nearest_tests(module: str) -> list[list[str]]:
-    """The files of tests that a module has, the nearest first: of its own name, that import it, then of its room."""
+    """The files of tests that a module has, the nearest first: of its own name, in its room, that import it elsewhere.
+
+    Of those in its room the ones that import it come first.
+    """
     package, room, *_ = module.split("/")
     named = module.removesuffix(".py").replace("/", ".")
     above, _, stem = named.rpartition(".")
@@ -148,63 +170,113 @@ def nearest_tests(module: str) -> list[list[str]]:
     own = [name for name in beside if Path(name).stem == f"test_{Path(module).stem}"]
     here = [name for name in direct if name in beside]
     groups, seen = list[list[str]](), set[str]()
-    for group in (own, here, [*direct, *beside]):
-        new = [name for name in dict.fromkeys(group) if name not in seen]
+    for group in (own, here, beside, direct):
+        new = [name for name in group if name not in seen]
         seen.update(new)
         groups += [new] if new else []
     return groups
 
 
 def copied(folder: Path) -> Path:
-    """A copy of the checkout, in which modules can be changed."""
+    """A copy of the checkout, in which modules can be changed, with what is compiled of it already."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
-    for name in listed:
+    kept = (path.relative_to(ROOT) for room in ("continuum", "atomistic") for path in (ROOT / room).rglob("*.py[cn]*"))
+    for name in (*listed, *kept):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(ROOT / name, folder / name)
+        shutil.copy2(ROOT / name, folder / name)
     return folder
 
 
-def run_tests(copy: Path, tests: list[str], compiled: Path | None) -> subprocess.CompletedProcess[str]:
-    """Tests of a copy until the first that fails; compiled loops are kept in a folder of their own if one is given."""
-    given = os.environ | {"PYTHONPATH": str(copy)}
-    if compiled:
-        # A loop beyond the end of its part of a row reads the right numbers, unless that is asked about.
-        given |= {"NUMBA_CACHE_DIR": str(compiled), "NUMBA_BOUNDSCHECK": "1"}
-    options = ["-x", "-q", "-rfE", "--tb=no", "-p", "no:cacheprovider"]
-    # The limit is one for each test, as all tests near a change of `grid` take minutes on a busy machine.
-    options += ["-o", f"faulthandler_timeout={SECONDS}", "-o", "faulthandler_exit_on_timeout=true"]
-    return subprocess.run(
-        [sys.executable, "-m", "pytest", *options, *tests],
-        cwd=copy, env=given, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+@dataclass(frozen=True, eq=False)
+class Tests:
+    """A run of tests in a copy, the plugin of pytest that chooses them and notes which fail.
+
+    Parameters
+    ----------
+    files : in the order of the run.
+    only : tests that are run, all of the files if empty; of one whose parameters are no longer there, all parameters.
+    but : tests that are not run.
+    """
+
+    files: list[str]
+    only: frozenset[str] = frozenset()
+    but: frozenset[str] = frozenset()
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Choose and order."""
+        known = {item.nodeid for item in items}
+        only = {name if name in known else name.partition("[")[0] for name in self.only}
+        chosen = [item for item in items if not only or {item.nodeid, item.nodeid.partition("[")[0]} & only]
+        place = {name: i for i, name in enumerate(self.files)}
+        items[:] = sorted(
+            (item for item in chosen if item.nodeid not in self.but),
+            key=lambda item: place[item.nodeid.partition("::")[0]],
+        )
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport | pytest.CollectReport) -> None:
+        """Note what fails."""
+        if report.failed:
+            with Path("failed").open("a") as file:
+                print(report.nodeid, file=file)
+
+    pytest_collectreport = pytest_runtest_logreport
+
+    def run(self, compiled: Path | None) -> None:
+        """In a process of its own, in a copy: the exit status is that of pytest."""
+        with Path("output").open("w") as out:
+            os.dup2(out.fileno(), 1)
+            os.dup2(out.fileno(), 2)
+        sys.path[:] = [str(Path.cwd()), *(path for path in sys.path if path and Path(path) != ROOT)]
+        os.environ["PYTHONPATH"] = str(Path.cwd())
+        for name in [name for name in sys.modules if name.partition(".")[0] == "tests"]:
+            del sys.modules[name]
+        if compiled:
+            import numba
+
+            # A loop beyond the end of its part of a row reads the right numbers, unless that is asked about.
+            os.environ |= {"NUMBA_CACHE_DIR": str(compiled), "NUMBA_BOUNDSCHECK": "1"}
+            numba.config.reload_config()  # type: ignore[no-untyped-call]
+        options = ["-q", "--tb=short", "-p", "no:cacheprovider", *([] if self.only else ["-x"])]
+        # The limit is one for each test, as all tests near a change of `grid` take minutes on a busy machine.
+        options += ["-o", f"faulthandler_timeout={SECONDS}", "-o", "faulthandler_exit_on_timeout=true"]
+        code = pytest.main([*options, *self.files], plugins=[self])
+        sys.stdout.flush()
+        os._exit(code)
+
+    def failures(self, copy: Path, compiled: Path | None = None) -> list[str]:
+        """The tests that fail in a copy; compiled loops are kept in a folder of their own if one is given."""
+        (copy / "failed").write_text("")
+        process = multiprocessing.get_context("forkserver").Process(target=in_copy, args=(copy, self, compiled))
+        process.start()
+        process.join()
+        failed = (copy / "failed").read_text().split("\n")[:-1]
+        if failed or process.exitcode in (0, 5):  # 5: all of its tests are long ones
+            return failed
+        output = (copy / "output").read_text()
+        if "Timeout (" in output:
+            return [f"a test that does not end within {SECONDS} s"]
+        if (process.exitcode or 0) < 0:
+            return [f"an end of the process by signal {-(process.exitcode or 0)}"]
+        raise RuntimeError(f"pytest could not run: {output}")
 
 
-def first_failure(mutant: Mutant, copy: Path) -> str:
-    """The test that fails first after a change, empty where all near it pass."""
-    module = copy / mutant.module
-    before = text(mutant.module)
+def in_copy(copy: Path, tests: Tests, compiled: Path | None) -> None:
+    """What a forked process does."""
+    os.chdir(copy)
+    tests.run(compiled)
+
+
+def first_failure(mutant: Mutant, copy: Path, tests: Tests, compiled: Path) -> str:
+    """The test that fails first after a change, empty where all pass."""
+    module, aside = copy / mutant.module, copy / "unchanged"
+    module.rename(aside)
     module.write_text(mutant.source())
     try:
-        with tempfile.TemporaryDirectory() as compiled:
-            # Kernels that others call are part of those: what is compiled is not kept from one change to the next.
-            for tests in nearest_tests(mutant.module):  # most changes are seen by the first, at the cost of these alone
-                done = run_tests(copy, tests, Path(compiled) if "njit" in before else None)
-                if done.returncode not in (0, 5):  # 5: all of its tests are long ones
-                    break
-            else:
-                return ""
+        # Kernels that others call are part of those: what is compiled is not kept from one change to the next.
+        return next(iter(tests.failures(copy, compiled if mutant.is_compiled() else None)), "")
     finally:
-        module.write_text(before)
-    failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", done.stdout, re.MULTILINE)
-    if not failed and done.returncode not in (1, 2) and done.returncode > 0:
-        raise RuntimeError(f"pytest could not run: {done.stdout}{done.stderr}")
-    return failed[1] if failed else f"a test that does not end within {SECONDS} s"
-
-
-@cache
-def passes_unchanged(test: str, copy: Path) -> bool:
-    """Whether a test passes in a copy without a change; if not it says nothing of a change."""
-    return run_tests(copy, [test.partition("[")[0]], None).returncode == 0
+        aside.replace(module)
 
 
 def main() -> int:
@@ -212,32 +284,56 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=100, help="changes to draw (default: 100)")
     parser.add_argument("--seed", type=int, default=0, help="of the draw (default: 0)")
+    parser.add_argument("--skip", type=int, default=0, help="the first of those drawn, known from before (default: 0)")
     parser.add_argument("--workers", type=int, default=2, help="changes at once (default: 2)")
     given = parser.parse_args()
+    multiprocessing.get_context("forkserver").set_forkserver_preload(LIBRARIES)
     every = list(mutants())
-    drawn = draw(every, given.count, given.seed)
+    drawn = draw(every, given.count, given.seed)[given.skip :]
     print(f"{len(drawn)} of {len(every)} changes", flush=True)
-    with tempfile.TemporaryDirectory() as folder:
+    places, catches, unsound, alive = {one: i for i, one in enumerate(drawn)}, Counter[str](), set[str](), drawn
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(given.workers) as pool:
         copies: SimpleQueue[Path] = SimpleQueue()
         for i in range(given.workers):
             copies.put(copied(Path(folder) / str(i)))
         imported()
 
-        def tested(mutant: Mutant) -> bool:
+        def tested(mutant: Mutant, away: int) -> str:
+            # What has caught most changes is likely to catch the next.
+            files = sorted(nearest_tests(mutant.module)[away], key=lambda name: -catches[name])
             copy = copies.get()
             try:
-                failure = first_failure(mutant, copy)
-                if "::" in failure and not passes_unchanged(failure, copy):
-                    raise RuntimeError(f"{failure} fails without a change as well")
+                failure = first_failure(
+                    mutant, copy, Tests(files, but=frozenset(unsound)), Path(folder) / f"compiled{places[mutant]}"
+                )
             finally:
                 copies.put(copy)
-            print(f"{f'caught by {failure}' if failure else 'SURVIVES'}\n{mutant}\n", flush=True)
-            return not failure
+            catches[failure.partition("::")[0]] += 1
+            said = f"caught by {failure}" if failure else f"not seen by {', '.join(files)}"
+            print(f"{places[mutant] + given.skip + 1}: {said}\n{mutant}\n", flush=True)
+            return failure
 
-        with ThreadPoolExecutor(given.workers) as pool:
-            alive = sum(pool.map(tested, drawn))
-    print(f"{len(drawn) - alive} of {len(drawn)} are caught")
-    return 0 if alive <= 0.05 * len(drawn) else 1
+        for away in range(max(len(nearest_tests(one.module)) for one in drawn)):
+            todo = [one for one in alive if away < len(nearest_tests(one.module))]
+            todo.sort(key=Mutant.is_compiled)  # the quick ones first
+            while todo:
+                failures = dict(zip(todo, pool.map(partial(tested, away=away), todo), strict=True))
+                # A test that fails without a change as well says nothing of one.
+                only = frozenset(failure for failure in failures.values() if "::" in failure)
+                files = sorted({name.partition("::")[0] for name in only})
+                copy = copies.get()
+                wrong = set(Tests(files, only).failures(copy)) if only else set()
+                copies.put(copy)
+                print(*(f"fails without a change: {name}" for name in wrong), sep="\n", flush=True)
+                unsound |= wrong
+                caught = {one for one, failure in failures.items() if failure and failure not in wrong}
+                alive = [one for one in alive if one not in caught]
+                todo = [one for one in todo if failures[one] in wrong]
+            print(f"{len(drawn) - len(alive)} of {len(drawn)} are caught by tests {away} away\n", flush=True)
+    for one in alive:
+        print(f"SURVIVES\n{one}\n")
+    print(f"{len(drawn) - len(alive)} of {len(drawn)} are caught")
+    return 0 if len(alive) <= 0.05 * len(drawn) else 1
 
 
 if __name__ == "__main__":
