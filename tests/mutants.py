@@ -4,19 +4,23 @@
 test that is missing, a line that nobody needs, or one that means the same: the list at the end says which they are.
 
 All changes meet the tests nearest to them first, then those that are left the tests further away: what a draw says is
-known early, and each answer is printed when it is there.  A process that has imported the libraries is forked for each
-run, since their import takes longer than most tests near a change.
+known early, and each answer is printed when it is there.  Imports take longer than most tests near a change.  So a
+process that has collected the tests is forked for each change within functions, which gets their new code; for the
+others, of constants and compiled loops, one that has imported the libraries.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import gc
+import inspect
 import multiprocessing
 import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -25,10 +29,10 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from difflib import unified_diff
-from functools import cache, partial
+from functools import cache
 from itertools import islice
 from pathlib import Path
-from queue import SimpleQueue
+from types import CodeType, FunctionType
 from typing import Any
 
 import pytest
@@ -62,8 +66,8 @@ COSTS = {
 """Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
 MANY = 100
 """Points of a `linspace`, and steps that a `limit` allows, of which one more or less is no other physics."""
-SECONDS = 300
-"""Time of one test, after which the change counts as caught: it does not end.  The slowest takes some 20 s."""
+SECONDS = 120
+"""CPU time of one test, after which the change counts as caught: it does not end.  The slowest takes some 20 s."""
 LIBRARIES = ["numba", "numpy", "scipy.optimize", "scipy.ndimage", "scipy.signal", "scipy.stats", "pydantic", "pandas",
              "xarray", "matplotlib.pyplot", "pytest", "ase.build"]  # fmt: skip
 """Imported once, before the changes; hypothesis is imported by pytest, which looks at its assertions."""
@@ -71,10 +75,27 @@ KERNELS = re.compile(r"^@(compiled|inlined|njit)\b", re.MULTILINE)
 """What says that a module has compiled loops."""
 
 
-@cache
-def text(module: str) -> str:
-    """A module as it is when the draw begins: whoever works on meanwhile changes no mutant."""
-    return (ROOT / module).read_text()
+Functions = dict[tuple[str, int], CodeType]
+"""Code of functions, by name and line."""
+
+
+def place_of(code: CodeType) -> tuple[str, int]:
+    """Name and line of a function."""
+    return code.co_qualname, code.co_firstlineno
+
+
+def functions_in(code: CodeType) -> Functions:
+    """All functions that a piece of code defines."""
+    within = [one for one in code.co_consts if isinstance(one, CodeType)]
+    own = {place_of(one): one for one in within if one.co_flags & inspect.CO_OPTIMIZED}
+    return own | {key: one for each in within for key, one in functions_in(each).items()}
+
+
+def outside_functions(code: CodeType) -> list[Any]:
+    """What a module does when it is imported, but for what its functions do."""
+    within = [one for one in code.co_consts if isinstance(one, CodeType) and not one.co_flags & inspect.CO_OPTIMIZED]
+    constants = [repr(one) for one in code.co_consts if not isinstance(one, CodeType)]
+    return [code.co_code, code.co_names, constants, *(outside_functions(one) for one in within)]
 
 
 @dataclass(frozen=True)
@@ -82,25 +103,55 @@ class Mutant:
     """One change: occurrence of an operator in a module."""
 
     module: str
+    text: str
+    """As it is when the draw begins: whoever works on meanwhile changes no mutant."""
     operator: str
     occurrence: int
 
     def source(self) -> str:
         """The module with the change."""
-        changed = mutate_code(text(self.module), get_operator(self.operator)(), self.occurrence)
+        changed = mutate_code(self.text, get_operator(self.operator)(), self.occurrence)
         assert isinstance(changed, str)
         return changed
 
     def is_compiled(self) -> bool:
         """Whether loops have to be compiled anew."""
-        return bool(KERNELS.search(text(self.module)))
+        return bool(KERNELS.search(self.text))
+
+    @cache  # noqa: B019 (a draw has a hundred)
+    def functions(self) -> Functions:
+        """New code of the functions that a change within functions alters; empty for any other change."""
+        before, after = (compile(one, self.module, "exec") for one in (self.text, self.source()))
+        if self.is_compiled() or outside_functions(before) != outside_functions(after):
+            return {}
+        old = functions_in(before)
+        return {key: code for key, code in functions_in(after).items() if code != old.get(key)}
+
+    def make(self, copy: Path) -> None:
+        """Change the file of a copy."""
+        (copy / self.module).rename(copy / "unchanged")
+        (copy / self.module).write_text(self.source())
+
+    def take_back(self, copy: Path) -> None:
+        """Undo :meth:`make`; compiled code of the file holds again."""
+        (copy / "unchanged").replace(copy / self.module)
+
+    def make_here(self, copy: Path) -> None:
+        """Change the functions that this process has imported from a copy; if there are none it imports the change."""
+        gc.unfreeze()
+        of_module = [each for each in gc.get_objects() if isinstance(each, FunctionType)]
+        of_module = [each for each in of_module if each.__code__.co_filename == str(copy / self.module)]
+        found = [each for each in of_module if place_of(each.__code__) in self.functions()]
+        assert bool(found) == bool(of_module), "a change of no function"
+        for each in found:
+            each.__code__ = self.functions()[place_of(each.__code__)]
 
     def is_another_program(self) -> bool:
         """Whether Python reads it as other than it was."""
-        return ast.dump(ast.parse(text(self.module))) != ast.dump(ast.parse(self.source()))
+        return ast.dump(ast.parse(self.text)) != ast.dump(ast.parse(self.source()))
 
     def __str__(self) -> str:
-        before, after = (text(self.module).splitlines(), self.source().splitlines())
+        before, after = (self.text.splitlines(), self.source().splitlines())
         lines = [line for line in unified_diff(before, after, n=0, lineterm="") if line[:2] not in ("--", "++")]
         return "\n".join([f"{self.module} {lines[0]}", *lines[1:]])
 
@@ -111,12 +162,13 @@ def mutants() -> Iterator[Mutant]:
     for room in ROOMS:
         for path in sorted((ROOT / room).rglob("*.py")):
             module = path.relative_to(ROOT).as_posix()
-            nodes = list(ast_nodes(get_ast(text(module))))
+            text = path.read_text()
+            nodes = list(ast_nodes(get_ast(text)))
             for name in operators:
                 operator = get_operator(name)()
                 # One place after the other, as they are counted where a change is made.
                 places = (node for node in nodes for _ in operator.mutation_positions(node))
-                yield from (Mutant(module, name, i) for i, node in enumerate(places) if is_physics(node))
+                yield from (Mutant(module, text, name, i) for i, node in enumerate(places) if is_physics(node))
 
 
 def is_physics(node: Any) -> bool:
@@ -187,7 +239,7 @@ def copied(folder: Path) -> Path:
     return folder
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Tests:
     """A run of tests in a copy, the plugin of pytest that chooses them and notes which fail.
 
@@ -196,11 +248,15 @@ class Tests:
     files : in the order of the run.
     only : tests that are run, all of the files if empty; of one whose parameters are no longer there, all parameters.
     but : tests that are not run.
+    changes : for each of which these tests are run, until the first that fails, with the files that it asks.
     """
 
     files: list[str]
     only: frozenset[str] = frozenset()
     but: frozenset[str] = frozenset()
+    changes: tuple[tuple[int, Mutant, list[str]], ...] = ()
+    out: int = 1
+    """Where answers are printed."""
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
@@ -208,11 +264,7 @@ class Tests:
         known = {item.nodeid for item in items}
         only = {name if name in known else name.partition("[")[0] for name in self.only}
         chosen = [item for item in items if not only or {item.nodeid, item.nodeid.partition("[")[0]} & only]
-        place = {name: i for i, name in enumerate(self.files)}
-        items[:] = sorted(
-            (item for item in chosen if item.nodeid not in self.but),
-            key=lambda item: place[item.nodeid.partition("::")[0]],
-        )
+        items[:] = in_order([item for item in chosen if item.nodeid not in self.but], self.files)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport | pytest.CollectReport) -> None:
         """Note what fails."""
@@ -222,8 +274,41 @@ class Tests:
 
     pytest_collectreport = pytest_runtest_logreport
 
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self) -> None:
+        """The limit is one of CPU time, and for each test: a busy machine takes an hour for all tests near `grid`."""
+        signal.setitimer(signal.ITIMER_PROF, SECONDS)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool | None:
+        """Make each change in a fork, which goes on as usual; as a run does that has none."""
+        copy, catches = Path.cwd(), Counter[str]()
+        for number, mutant, files in self.changes:
+            (copy / "failed").write_text("")
+            files.sort(key=lambda name: -catches[name])  # what has caught most changes is likely to catch the next
+            mutant.make(copy)
+            child = os.fork()
+            if child == 0:
+                mutant.make_here(copy)
+                session.items = in_order(session.items, files)
+                return None
+            code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+            mutant.take_back(copy)
+            failure = next(iter(failed_in(copy, code)), "")
+            catches[failure.partition("::")[0]] += 1
+            self.say(copy, number, mutant, files, failure)
+        return bool(self.changes) or None
+
+    def say(self, copy: Path, number: int, mutant: Mutant, files: list[str], failure: str) -> None:
+        """Print the answer of one change, and keep it."""
+        with (copy / "answers").open("a") as file:
+            print(number, failure, file=file)
+        said = f"caught by {failure}" if failure else f"not seen by {', '.join(files)}"
+        os.write(self.out, f"{number + 1}: {said}\n{mutant}\n\n".encode())
+
     def run(self, compiled: Path | None) -> None:
         """In a process of its own, in a copy: the exit status is that of pytest."""
+        self.out = os.dup(1)
         with Path("output").open("w") as out:
             os.dup2(out.fileno(), 1)
             os.dup2(out.fileno(), 2)
@@ -238,8 +323,6 @@ class Tests:
             os.environ |= {"NUMBA_CACHE_DIR": str(compiled), "NUMBA_BOUNDSCHECK": "1"}
             numba.config.reload_config()  # type: ignore[no-untyped-call]
         options = ["-q", "--tb=short", "-p", "no:cacheprovider", *([] if self.only else ["-x"])]
-        # The limit is one for each test, as all tests near a change of `grid` take minutes on a busy machine.
-        options += ["-o", f"faulthandler_timeout={SECONDS}", "-o", "faulthandler_exit_on_timeout=true"]
         code = pytest.main([*options, *self.files], plugins=[self])
         sys.stdout.flush()
         os._exit(code)
@@ -250,15 +333,26 @@ class Tests:
         process = multiprocessing.get_context("forkserver").Process(target=in_copy, args=(copy, self, compiled))
         process.start()
         process.join()
-        failed = (copy / "failed").read_text().split("\n")[:-1]
-        if failed or process.exitcode in (0, 5):  # 5: all of its tests are long ones
-            return failed
-        output = (copy / "output").read_text()
-        if "Timeout (" in output:
-            return [f"a test that does not end within {SECONDS} s"]
-        if (process.exitcode or 0) < 0:
-            return [f"an end of the process by signal {-(process.exitcode or 0)}"]
-        raise RuntimeError(f"pytest could not run: {output}")
+        return failed_in(copy, process.exitcode or 0)
+
+
+def in_order(items: list[pytest.Item], files: list[str]) -> list[pytest.Item]:
+    """The tests of some files, in their order."""
+    place = {name: i for i, name in enumerate(files)}
+    chosen = [item for item in items if item.nodeid.partition("::")[0] in place]
+    return sorted(chosen, key=lambda item: place[item.nodeid.partition("::")[0]])
+
+
+def failed_in(copy: Path, code: int) -> list[str]:
+    """The tests that have failed in a copy, by what is noted there and the exit status."""
+    failed = (copy / "failed").read_text().split("\n")[:-1]
+    if failed or code in (0, 5):  # 5: all of its tests are long ones
+        return failed
+    if code == -signal.SIGPROF:
+        return [f"a test that does not end within {SECONDS} s"]
+    if code < 0:
+        return [f"an end of the process by signal {-code}"]
+    raise RuntimeError(f"pytest could not run: {(copy / 'output').read_text()}")
 
 
 def in_copy(copy: Path, tests: Tests, compiled: Path | None) -> None:
@@ -267,16 +361,25 @@ def in_copy(copy: Path, tests: Tests, compiled: Path | None) -> None:
     tests.run(compiled)
 
 
-def first_failure(mutant: Mutant, copy: Path, tests: Tests, compiled: Path) -> str:
-    """The test that fails first after a change, empty where all pass."""
-    module, aside = copy / mutant.module, copy / "unchanged"
-    module.rename(aside)
-    module.write_text(mutant.source())
-    try:
+def asked(
+    copy: Path, changes: list[tuple[int, Mutant, list[str]]], but: frozenset[str], folder: Path
+) -> dict[int, str]:
+    """The test that fails first after each of some changes, empty where all pass, by their numbers."""
+    (copy / "answers").write_text("")
+    within = tuple(one for one in changes if one[1].functions())
+    if within:
+        Tests(sorted({name for *_, files in within for name in files}), but=but, changes=within).failures(copy)
+        if len((copy / "answers").read_text().splitlines()) < len(within):
+            raise RuntimeError(f"pytest ended before its time: {(copy / 'output').read_text()}")
+    for number, mutant, files in (one for one in changes if not one[1].functions()):
+        tests = Tests(files, but=but)
+        mutant.make(copy)
         # Kernels that others call are part of those: what is compiled is not kept from one change to the next.
-        return next(iter(tests.failures(copy, compiled if mutant.is_compiled() else None)), "")
-    finally:
-        aside.replace(module)
+        failed = tests.failures(copy, folder / f"compiled{number}" if mutant.is_compiled() else None)
+        mutant.take_back(copy)
+        tests.say(copy, number, mutant, files, next(iter(failed), ""))
+    answers = (line.partition(" ") for line in (copy / "answers").read_text().splitlines())
+    return {int(number): failure for number, _, failure in answers}
 
 
 def main() -> int:
@@ -289,49 +392,32 @@ def main() -> int:
     given = parser.parse_args()
     multiprocessing.get_context("forkserver").set_forkserver_preload(LIBRARIES)
     every = list(mutants())
-    drawn = draw(every, given.count, given.seed)[given.skip :]
+    drawn = dict(enumerate(draw(every, given.count, given.seed)[given.skip :], given.skip))
     print(f"{len(drawn)} of {len(every)} changes", flush=True)
-    places, catches, unsound, alive = {one: i for i, one in enumerate(drawn)}, Counter[str](), set[str](), drawn
-    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(given.workers) as pool:
-        copies: SimpleQueue[Path] = SimpleQueue()
-        for i in range(given.workers):
-            copies.put(copied(Path(folder) / str(i)))
-        imported()
-
-        def tested(mutant: Mutant, away: int) -> str:
-            # What has caught most changes is likely to catch the next.
-            files = sorted(nearest_tests(mutant.module)[away], key=lambda name: -catches[name])
-            copy = copies.get()
-            try:
-                failure = first_failure(
-                    mutant, copy, Tests(files, but=frozenset(unsound)), Path(folder) / f"compiled{places[mutant]}"
-                )
-            finally:
-                copies.put(copy)
-            catches[failure.partition("::")[0]] += 1
-            said = f"caught by {failure}" if failure else f"not seen by {', '.join(files)}"
-            print(f"{places[mutant] + given.skip + 1}: {said}\n{mutant}\n", flush=True)
-            return failure
-
-        for away in range(max(len(nearest_tests(one.module)) for one in drawn)):
-            todo = [one for one in alive if away < len(nearest_tests(one.module))]
-            todo.sort(key=Mutant.is_compiled)  # the quick ones first
+    unsound, alive = set[str](), list(drawn)
+    with tempfile.TemporaryDirectory() as made, ThreadPoolExecutor(given.workers) as pool:
+        folder = Path(made).resolve()
+        copies = [copied(folder / str(i)) for i in range(given.workers)]
+        near = {number: nearest_tests(one.module) for number, one in drawn.items()}
+        for away in range(max(map(len, near.values()))):
+            todo = [number for number in alive if away < len(near[number])]
             while todo:
-                failures = dict(zip(todo, pool.map(partial(tested, away=away), todo), strict=True))
+                changes = [(number, drawn[number], list(near[number][away])) for number in todo]
+                parts = (pool.submit(asked, copy, changes[i :: given.workers], frozenset(unsound), folder)
+                         for i, copy in enumerate(copies))  # fmt: skip
+                failures = {number: failure for part in list(parts) for number, failure in part.result().items()}
                 # A test that fails without a change as well says nothing of one.
                 only = frozenset(failure for failure in failures.values() if "::" in failure)
                 files = sorted({name.partition("::")[0] for name in only})
-                copy = copies.get()
-                wrong = set(Tests(files, only).failures(copy)) if only else set()
-                copies.put(copy)
+                wrong = set(Tests(files, only).failures(copies[0])) if only else set()
                 print(*(f"fails without a change: {name}" for name in wrong), sep="\n", flush=True)
                 unsound |= wrong
-                caught = {one for one, failure in failures.items() if failure and failure not in wrong}
-                alive = [one for one in alive if one not in caught]
-                todo = [one for one in todo if failures[one] in wrong]
+                caught = {number for number, failure in failures.items() if failure and failure not in wrong}
+                alive = [number for number in alive if number not in caught]
+                todo = [number for number in todo if failures[number] in wrong]
             print(f"{len(drawn) - len(alive)} of {len(drawn)} are caught by tests {away} away\n", flush=True)
-    for one in alive:
-        print(f"SURVIVES\n{one}\n")
+    for number in alive:
+        print(f"SURVIVES\n{number + 1}: {drawn[number]}\n")
     print(f"{len(drawn) - len(alive)} of {len(drawn)} are caught")
     return 0 if len(alive) <= 0.05 * len(drawn) else 1
 
