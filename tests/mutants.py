@@ -200,25 +200,26 @@ def draw(every: list[Mutant], count: int, seed: int) -> list[Mutant]:
 
 
 @cache
-def imported() -> dict[str, str]:
+def imported(root: Path) -> dict[str, str]:
     """Each file of tests, and its text."""
-    found = sorted((ROOT / "tests").rglob("test_*.py"))
-    return {path.relative_to(ROOT).as_posix(): path.read_text() for path in found}
+    found = sorted((root / "tests").rglob("test_*.py"))
+    return {path.relative_to(root).as_posix(): path.read_text() for path in found}
 
 
 @cache
-def nearest_tests(module: str) -> list[list[str]]:
+def nearest_tests(module: str, root: Path = ROOT) -> list[list[str]]:
     """The files of tests that a module has, the nearest first: of its own name, in its room, that import it elsewhere.
 
     Of those in its room the ones that import it come first.
     """
+    files = imported(root)
     package, room, *_ = module.split("/")
     named = module.removesuffix(".py").replace("/", ".")
     above, _, stem = named.rpartition(".")
     # A name of the module, or the module itself, in a line or in parentheses.
     asks = re.compile(rf"^from (?:{named} import|{above} import (?:\([^)]*|[^\n(]*)\b{stem}\b)", re.MULTILINE)
-    direct = [name for name, text in imported().items() if asks.search(text)]
-    beside = [name for name in imported() if name.startswith(f"tests/{package}/{room}/")]
+    direct = [name for name, text in files.items() if asks.search(text)]
+    beside = [name for name in files if name.startswith(f"tests/{package}/{room}/")]
     own = [name for name in beside if Path(name).stem == f"test_{Path(module).stem}"]
     here = [name for name in direct if name in beside]
     groups, seen = list[list[str]](), set[str]()
@@ -398,7 +399,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as made, ThreadPoolExecutor(given.workers) as pool:
         folder = Path(made).resolve()
         copies = [copied(folder / str(i)) for i in range(given.workers)]
-        near = {number: nearest_tests(one.module) for number, one in drawn.items()}
+        near = {number: nearest_tests(one.module, copies[0]) for number, one in drawn.items()}
         for away in range(max(map(len, near.values()))):
             todo = [number for number in alive if away < len(near[number])]
             while todo:
