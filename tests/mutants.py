@@ -260,6 +260,15 @@ class Tests:
     """Where answers are printed."""
 
     @pytest.hookimpl(trylast=True)
+    def pytest_configure(self) -> None:
+        """That a property fails is enough: its smallest example would take a minute."""
+        from hypothesis import Phase, settings
+
+        phases = (Phase.explicit, Phase.reuse, Phase.generate)
+        settings.register_profile("first failure", settings(), phases=phases)
+        settings.load_profile("first failure")
+
+    @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         """Choose and order."""
         known = {item.nodeid for item in items}
