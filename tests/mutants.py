@@ -2,19 +2,29 @@
 
 ``make mutants`` draws a hundred changes at random and takes half an hour on two cores.  A change that no test sees is a
 test that is missing, a line that nobody needs, or one that means the same: the list at the end says which they are.
+
+All changes meet the tests nearest to them first, then those that are left the tests further away: what a draw says is
+known early, and each answer is printed when it is there.  Imports take longer than most tests near a change.  So a
+process that has collected the tests is forked for each change within functions, which gets their new code; for the
+others, of constants and compiled loops, one that has imported the libraries.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import gc
+import inspect
+import multiprocessing
 import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -22,9 +32,10 @@ from difflib import unified_diff
 from functools import cache
 from itertools import islice
 from pathlib import Path
-from queue import SimpleQueue
+from types import CodeType, FunctionType
 from typing import Any
 
+import pytest
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
@@ -55,14 +66,36 @@ COSTS = {
 """Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
 MANY = 100
 """Points of a `linspace`, and steps that a `limit` allows, of which one more or less is no other physics."""
-SECONDS = 300
-"""Time of one test, after which the change counts as caught: it does not end.  The slowest takes some 20 s."""
+SECONDS = 120
+"""CPU time of one test, after which the change counts as caught: it does not end.  The slowest takes some 20 s."""
+LIBRARIES = ["numba", "numpy", "scipy.optimize", "scipy.ndimage", "scipy.signal", "scipy.stats", "pydantic", "pandas",
+             "xarray", "matplotlib.pyplot", "pytest", "ase.build"]  # fmt: skip
+"""Imported once, before the changes; hypothesis is imported by pytest, which looks at its assertions."""
+KERNELS = re.compile(r"^@(compiled|inlined|njit)\b", re.MULTILINE)
+"""What says that a module has compiled loops."""
 
 
-@cache
-def text(module: str) -> str:
-    """A module as it is when the draw begins: whoever works on meanwhile changes no mutant."""
-    return (ROOT / module).read_text()
+Functions = dict[tuple[str, int], CodeType]
+"""Code of functions, by name and line."""
+
+
+def place_of(code: CodeType) -> tuple[str, int]:
+    """Name and line of a function."""
+    return code.co_qualname, code.co_firstlineno
+
+
+def functions_in(code: CodeType) -> Functions:
+    """All functions that a piece of code defines."""
+    within = [one for one in code.co_consts if isinstance(one, CodeType)]
+    own = {place_of(one): one for one in within if one.co_flags & inspect.CO_OPTIMIZED}
+    return own | {key: one for each in within for key, one in functions_in(each).items()}
+
+
+def outside_functions(code: CodeType) -> list[Any]:
+    """What a module does when it is imported, but for what its functions do."""
+    within = [one for one in code.co_consts if isinstance(one, CodeType) and not one.co_flags & inspect.CO_OPTIMIZED]
+    constants = [repr(one) for one in code.co_consts if not isinstance(one, CodeType)]
+    return [code.co_code, code.co_names, constants, *(outside_functions(one) for one in within)]
 
 
 @dataclass(frozen=True)
@@ -70,21 +103,55 @@ class Mutant:
     """One change: occurrence of an operator in a module."""
 
     module: str
+    text: str
+    """As it is when the draw begins: whoever works on meanwhile changes no mutant."""
     operator: str
     occurrence: int
 
     def source(self) -> str:
         """The module with the change."""
-        changed = mutate_code(text(self.module), get_operator(self.operator)(), self.occurrence)
+        changed = mutate_code(self.text, get_operator(self.operator)(), self.occurrence)
         assert isinstance(changed, str)
         return changed
 
+    def is_compiled(self) -> bool:
+        """Whether loops have to be compiled anew."""
+        return bool(KERNELS.search(self.text))
+
+    @cache  # noqa: B019 (a draw has a hundred)
+    def functions(self) -> Functions:
+        """New code of the functions that a change within functions alters; empty for any other change."""
+        before, after = (compile(one, self.module, "exec") for one in (self.text, self.source()))
+        if self.is_compiled() or outside_functions(before) != outside_functions(after):
+            return {}
+        old = functions_in(before)
+        return {key: code for key, code in functions_in(after).items() if code != old.get(key)}
+
+    def make(self, copy: Path) -> None:
+        """Change the file of a copy."""
+        (copy / self.module).rename(copy / "unchanged")
+        (copy / self.module).write_text(self.source())
+
+    def take_back(self, copy: Path) -> None:
+        """Undo :meth:`make`; compiled code of the file holds again."""
+        (copy / "unchanged").replace(copy / self.module)
+
+    def make_here(self, copy: Path) -> None:
+        """Change the functions that this process has imported from a copy; if there are none it imports the change."""
+        gc.unfreeze()
+        of_module = [each for each in gc.get_objects() if isinstance(each, FunctionType)]
+        of_module = [each for each in of_module if each.__code__.co_filename == str(copy / self.module)]
+        found = [each for each in of_module if place_of(each.__code__) in self.functions()]
+        assert bool(found) == bool(of_module), "a change of no function"
+        for each in found:
+            each.__code__ = self.functions()[place_of(each.__code__)]
+
     def is_another_program(self) -> bool:
         """Whether Python reads it as other than it was."""
-        return ast.dump(ast.parse(text(self.module))) != ast.dump(ast.parse(self.source()))
+        return ast.dump(ast.parse(self.text)) != ast.dump(ast.parse(self.source()))
 
     def __str__(self) -> str:
-        before, after = (text(self.module).splitlines(), self.source().splitlines())
+        before, after = (self.text.splitlines(), self.source().splitlines())
         lines = [line for line in unified_diff(before, after, n=0, lineterm="") if line[:2] not in ("--", "++")]
         return "\n".join([f"{self.module} {lines[0]}", *lines[1:]])
 
@@ -95,12 +162,13 @@ def mutants() -> Iterator[Mutant]:
     for room in ROOMS:
         for path in sorted((ROOT / room).rglob("*.py")):
             module = path.relative_to(ROOT).as_posix()
-            nodes = list(ast_nodes(get_ast(text(module))))
+            text = path.read_text()
+            nodes = list(ast_nodes(get_ast(text)))
             for name in operators:
                 operator = get_operator(name)()
                 # One place after the other, as they are counted where a change is made.
                 places = (node for node in nodes for _ in operator.mutation_positions(node))
-                yield from (Mutant(module, name, i) for i, node in enumerate(places) if is_physics(node))
+                yield from (Mutant(module, text, name, i) for i, node in enumerate(places) if is_physics(node))
 
 
 def is_physics(node: Any) -> bool:
@@ -109,9 +177,11 @@ def is_physics(node: Any) -> bool:
         return False
     many = node.type == "number" and node.value.isdigit() and int(node.value) >= MANY
     while node.parent is not None:
-        if many and node.get_code().strip().startswith(("limit=", "np.linspace(")):
+        # The code of a whole module is not asked for at each of its numbers.
+        call = node.get_code().strip() if node.type in ("atom_expr", "argument") else ""
+        if many and call.startswith(("limit=", "np.linspace(")):
             return False
-        if node.get_code().strip().startswith("np.empty("):  # room for what is written there: more of it is not used
+        if call.startswith("np.empty("):  # room for what is written there: more of it is not used
             return False
         if node.type == "raise_stmt":
             return False
@@ -130,81 +200,196 @@ def draw(every: list[Mutant], count: int, seed: int) -> list[Mutant]:
 
 
 @cache
-def imported() -> dict[str, str]:
+def imported(root: Path) -> dict[str, str]:
     """Each file of tests, and its text."""
-    found = sorted((ROOT / "tests").rglob("test_*.py"))
-    return {path.relative_to(ROOT).as_posix(): path.read_text() for path in found}
+    found = sorted((root / "tests").rglob("test_*.py"))
+    return {path.relative_to(root).as_posix(): path.read_text() for path in found}
 
 
-def nearest_tests(module: str) -> list[list[str]]:
-    """The files of tests that a module has, the nearest first: of its own name, that import it, then of its room."""
+@cache
+def nearest_tests(module: str, root: Path = ROOT) -> list[list[str]]:
+    """The files of tests that a module has, the nearest first: of its own name, in its room, that import it elsewhere.
+
+    Of those in its room the ones that import it come first.
+    """
+    files = imported(root)
     package, room, *_ = module.split("/")
     named = module.removesuffix(".py").replace("/", ".")
     above, _, stem = named.rpartition(".")
     # A name of the module, or the module itself, in a line or in parentheses.
     asks = re.compile(rf"^from (?:{named} import|{above} import (?:\([^)]*|[^\n(]*)\b{stem}\b)", re.MULTILINE)
-    direct = [name for name, text in imported().items() if asks.search(text)]
-    beside = [name for name in imported() if name.startswith(f"tests/{package}/{room}/")]
+    direct = [name for name, text in files.items() if asks.search(text)]
+    beside = [name for name in files if name.startswith(f"tests/{package}/{room}/")]
     own = [name for name in beside if Path(name).stem == f"test_{Path(module).stem}"]
     here = [name for name in direct if name in beside]
     groups, seen = list[list[str]](), set[str]()
-    for group in (own, here, [*direct, *beside]):
-        new = [name for name in dict.fromkeys(group) if name not in seen]
+    for group in (own, here, beside, direct):
+        new = [name for name in group if name not in seen]
         seen.update(new)
         groups += [new] if new else []
     return groups
 
 
 def copied(folder: Path) -> Path:
-    """A copy of the checkout, in which modules can be changed."""
+    """A copy of the checkout, in which modules can be changed, with what is compiled of it already."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
-    for name in listed:
+    kept = (path.relative_to(ROOT) for room in ("continuum", "atomistic") for path in (ROOT / room).rglob("*.py[cn]*"))
+    for name in (*listed, *kept):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(ROOT / name, folder / name)
+        shutil.copy2(ROOT / name, folder / name)
     return folder
 
 
-def run_tests(copy: Path, tests: list[str], compiled: Path | None) -> subprocess.CompletedProcess[str]:
-    """Tests of a copy until the first that fails; compiled loops are kept in a folder of their own if one is given."""
-    given = os.environ | {"PYTHONPATH": str(copy)}
-    if compiled:
-        # A loop beyond the end of its part of a row reads the right numbers, unless that is asked about.
-        given |= {"NUMBA_CACHE_DIR": str(compiled), "NUMBA_BOUNDSCHECK": "1"}
-    options = ["-x", "-q", "-rfE", "--tb=no", "-p", "no:cacheprovider"]
-    # The limit is one for each test, as all tests near a change of `grid` take minutes on a busy machine.
-    options += ["-o", f"faulthandler_timeout={SECONDS}", "-o", "faulthandler_exit_on_timeout=true"]
-    return subprocess.run(
-        [sys.executable, "-m", "pytest", *options, *tests],
-        cwd=copy, env=given, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+@dataclass(eq=False)
+class Tests:
+    """A run of tests in a copy, the plugin of pytest that chooses them and notes which fail.
+
+    Parameters
+    ----------
+    files : in the order of the run.
+    only : tests that are run, all of the files if empty; of one whose parameters are no longer there, all parameters.
+    but : tests that are not run.
+    changes : for each of which these tests are run, until the first that fails, with the files that it asks.
+    """
+
+    files: list[str]
+    only: frozenset[str] = frozenset()
+    but: frozenset[str] = frozenset()
+    changes: tuple[tuple[int, Mutant, list[str]], ...] = ()
+    out: int = 1
+    """Where answers are printed."""
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_configure(self) -> None:
+        """That a property fails is enough: its smallest example would take a minute."""
+        from hypothesis import Phase, settings
+
+        phases = (Phase.explicit, Phase.reuse, Phase.generate)
+        settings.register_profile("first failure", settings(), phases=phases)
+        settings.load_profile("first failure")
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Choose and order."""
+        known = {item.nodeid for item in items}
+        only = {name if name in known else name.partition("[")[0] for name in self.only}
+        chosen = [item for item in items if not only or {item.nodeid, item.nodeid.partition("[")[0]} & only]
+        items[:] = in_order([item for item in chosen if item.nodeid not in self.but], self.files)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport | pytest.CollectReport) -> None:
+        """Note what fails."""
+        if report.failed:
+            with Path("failed").open("a") as file:
+                print(report.nodeid, file=file)
+
+    pytest_collectreport = pytest_runtest_logreport
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self) -> None:
+        """The limit is one of CPU time, and for each test: a busy machine takes an hour for all tests near `grid`."""
+        signal.setitimer(signal.ITIMER_PROF, SECONDS)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool | None:
+        """Make each change in a fork, which goes on as usual; as a run does that has none."""
+        copy, catches = Path.cwd(), Counter[str]()
+        for number, mutant, files in self.changes:
+            (copy / "failed").write_text("")
+            files.sort(key=lambda name: -catches[name])  # what has caught most changes is likely to catch the next
+            mutant.make(copy)
+            child = os.fork()
+            if child == 0:
+                mutant.make_here(copy)
+                session.items = in_order(session.items, files)
+                return None
+            code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+            mutant.take_back(copy)
+            failure = next(iter(failed_in(copy, code)), "")
+            catches[failure.partition("::")[0]] += 1
+            self.say(copy, number, mutant, files, failure)
+        return bool(self.changes) or None
+
+    def say(self, copy: Path, number: int, mutant: Mutant, files: list[str], failure: str) -> None:
+        """Print the answer of one change, and keep it."""
+        with (copy / "answers").open("a") as file:
+            print(number, failure, file=file)
+        said = f"caught by {failure}" if failure else f"not seen by {', '.join(files)}"
+        os.write(self.out, f"{number + 1}: {said}\n{mutant}\n\n".encode())
+
+    def run(self, compiled: Path | None) -> None:
+        """In a process of its own, in a copy: the exit status is that of pytest."""
+        self.out = os.dup(1)
+        with Path("output").open("w") as out:
+            os.dup2(out.fileno(), 1)
+            os.dup2(out.fileno(), 2)
+        sys.path[:] = [str(Path.cwd()), *(path for path in sys.path if path and Path(path) != ROOT)]
+        os.environ["PYTHONPATH"] = str(Path.cwd())
+        for name in [name for name in sys.modules if name.partition(".")[0] == "tests"]:
+            del sys.modules[name]
+        if compiled:
+            import numba
+
+            # A loop beyond the end of its part of a row reads the right numbers, unless that is asked about.
+            os.environ |= {"NUMBA_CACHE_DIR": str(compiled), "NUMBA_BOUNDSCHECK": "1"}
+            numba.config.reload_config()  # type: ignore[no-untyped-call]
+        options = ["-q", "--tb=short", "-p", "no:cacheprovider", *([] if self.only else ["-x"])]
+        code = pytest.main([*options, *self.files], plugins=[self])
+        sys.stdout.flush()
+        os._exit(code)
+
+    def failures(self, copy: Path, compiled: Path | None = None) -> list[str]:
+        """The tests that fail in a copy; compiled loops are kept in a folder of their own if one is given."""
+        (copy / "failed").write_text("")
+        process = multiprocessing.get_context("forkserver").Process(target=in_copy, args=(copy, self, compiled))
+        process.start()
+        process.join()
+        return failed_in(copy, process.exitcode or 0)
 
 
-def first_failure(mutant: Mutant, copy: Path) -> str:
-    """The test that fails first after a change, empty where all near it pass."""
-    module = copy / mutant.module
-    before = text(mutant.module)
-    module.write_text(mutant.source())
-    try:
-        with tempfile.TemporaryDirectory() as compiled:
-            # Kernels that others call are part of those: what is compiled is not kept from one change to the next.
-            for tests in nearest_tests(mutant.module):  # most changes are seen by the first, at the cost of these alone
-                done = run_tests(copy, tests, Path(compiled) if "njit" in before else None)
-                if done.returncode not in (0, 5):  # 5: all of its tests are long ones
-                    break
-            else:
-                return ""
-    finally:
-        module.write_text(before)
-    failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", done.stdout, re.MULTILINE)
-    if not failed and done.returncode not in (1, 2) and done.returncode > 0:
-        raise RuntimeError(f"pytest could not run: {done.stdout}{done.stderr}")
-    return failed[1] if failed else f"a test that does not end within {SECONDS} s"
+def in_order(items: list[pytest.Item], files: list[str]) -> list[pytest.Item]:
+    """The tests of some files, in their order."""
+    place = {name: i for i, name in enumerate(files)}
+    chosen = [item for item in items if item.nodeid.partition("::")[0] in place]
+    return sorted(chosen, key=lambda item: place[item.nodeid.partition("::")[0]])
 
 
-@cache
-def passes_unchanged(test: str, copy: Path) -> bool:
-    """Whether a test passes in a copy without a change; if not it says nothing of a change."""
-    return run_tests(copy, [test.partition("[")[0]], None).returncode == 0
+def failed_in(copy: Path, code: int) -> list[str]:
+    """The tests that have failed in a copy, by what is noted there and the exit status."""
+    failed = (copy / "failed").read_text().split("\n")[:-1]
+    if failed or code in (0, 5):  # 5: all of its tests are long ones
+        return failed
+    if code == -signal.SIGPROF:
+        return [f"a test that does not end within {SECONDS} s"]
+    if code < 0:
+        return [f"an end of the process by signal {-code}"]
+    raise RuntimeError(f"pytest could not run: {(copy / 'output').read_text()}")
+
+
+def in_copy(copy: Path, tests: Tests, compiled: Path | None) -> None:
+    """What a forked process does."""
+    os.chdir(copy)
+    tests.run(compiled)
+
+
+def asked(
+    copy: Path, changes: list[tuple[int, Mutant, list[str]]], but: frozenset[str], folder: Path
+) -> dict[int, str]:
+    """The test that fails first after each of some changes, empty where all pass, by their numbers."""
+    (copy / "answers").write_text("")
+    within = tuple(one for one in changes if one[1].functions())
+    if within:
+        Tests(sorted({name for *_, files in within for name in files}), but=but, changes=within).failures(copy)
+        if len((copy / "answers").read_text().splitlines()) < len(within):
+            raise RuntimeError(f"pytest ended before its time: {(copy / 'output').read_text()}")
+    for number, mutant, files in (one for one in changes if not one[1].functions()):
+        tests = Tests(files, but=but)
+        mutant.make(copy)
+        # Kernels that others call are part of those: what is compiled is not kept from one change to the next.
+        failed = tests.failures(copy, folder / f"compiled{number}" if mutant.is_compiled() else None)
+        mutant.take_back(copy)
+        tests.say(copy, number, mutant, files, next(iter(failed), ""))
+    answers = (line.partition(" ") for line in (copy / "answers").read_text().splitlines())
+    return {int(number): failure for number, _, failure in answers}
 
 
 def main() -> int:
@@ -212,32 +397,39 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=100, help="changes to draw (default: 100)")
     parser.add_argument("--seed", type=int, default=0, help="of the draw (default: 0)")
+    parser.add_argument("--skip", type=int, default=0, help="the first of those drawn, known from before (default: 0)")
     parser.add_argument("--workers", type=int, default=2, help="changes at once (default: 2)")
     given = parser.parse_args()
+    multiprocessing.get_context("forkserver").set_forkserver_preload(LIBRARIES)
     every = list(mutants())
-    drawn = draw(every, given.count, given.seed)
+    drawn = dict(enumerate(draw(every, given.count, given.seed)[given.skip :], given.skip))
     print(f"{len(drawn)} of {len(every)} changes", flush=True)
-    with tempfile.TemporaryDirectory() as folder:
-        copies: SimpleQueue[Path] = SimpleQueue()
-        for i in range(given.workers):
-            copies.put(copied(Path(folder) / str(i)))
-        imported()
-
-        def tested(mutant: Mutant) -> bool:
-            copy = copies.get()
-            try:
-                failure = first_failure(mutant, copy)
-                if "::" in failure and not passes_unchanged(failure, copy):
-                    raise RuntimeError(f"{failure} fails without a change as well")
-            finally:
-                copies.put(copy)
-            print(f"{f'caught by {failure}' if failure else 'SURVIVES'}\n{mutant}\n", flush=True)
-            return not failure
-
-        with ThreadPoolExecutor(given.workers) as pool:
-            alive = sum(pool.map(tested, drawn))
-    print(f"{len(drawn) - alive} of {len(drawn)} are caught")
-    return 0 if alive <= 0.05 * len(drawn) else 1
+    unsound, alive = set[str](), list(drawn)
+    with tempfile.TemporaryDirectory() as made, ThreadPoolExecutor(given.workers) as pool:
+        folder = Path(made).resolve()
+        copies = [copied(folder / str(i)) for i in range(given.workers)]
+        near = {number: nearest_tests(one.module, copies[0]) for number, one in drawn.items()}
+        for away in range(max(map(len, near.values()))):
+            todo = [number for number in alive if away < len(near[number])]
+            while todo:
+                changes = [(number, drawn[number], list(near[number][away])) for number in todo]
+                parts = (pool.submit(asked, copy, changes[i :: given.workers], frozenset(unsound), folder)
+                         for i, copy in enumerate(copies))  # fmt: skip
+                failures = {number: failure for part in list(parts) for number, failure in part.result().items()}
+                # A test that fails without a change as well says nothing of one.
+                only = frozenset(failure for failure in failures.values() if "::" in failure)
+                files = sorted({name.partition("::")[0] for name in only})
+                wrong = set(Tests(files, only).failures(copies[0])) if only else set()
+                print(*(f"fails without a change: {name}" for name in wrong), sep="\n", flush=True)
+                unsound |= wrong
+                caught = {number for number, failure in failures.items() if failure and failure not in wrong}
+                alive = [number for number in alive if number not in caught]
+                todo = [number for number in todo if failures[number] in wrong]
+            print(f"{len(drawn) - len(alive)} of {len(drawn)} are caught by tests {away} away\n", flush=True)
+    for number in alive:
+        print(f"SURVIVES\n{number + 1}: {drawn[number]}\n")
+    print(f"{len(drawn) - len(alive)} of {len(drawn)} are caught")
+    return 0 if len(alive) <= 0.05 * len(drawn) else 1
 
 
 if __name__ == "__main__":

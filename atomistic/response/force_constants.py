@@ -230,9 +230,8 @@ def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | No
     width = max(3, least_width(model))
     half = int(np.ceil(radius))
     slab = Slab((width, width), layers - 1)
-    sites = slab.positions.copy()
-    if raised is not None:
-        sites[..., 2] += raised[:, None, None]
+    sites, rise = slab.positions.copy(), np.zeros(layers) if raised is None else raised
+    sites[..., 2] += rise[:, None, None]
     periods = np.array([width, width, layers * LAYER_SPACING])
     rows, far = [], 0.0
     with Cell(model, sites.reshape(-1, 3) * model.length, periods * model.length, raised is not None) as cell:
@@ -258,7 +257,7 @@ def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | No
                 near_both = np.ix_(near, near)
                 inside = answer[other][np.ix_(index[near] % width, index[near] % width)].copy()
                 answer[other][np.ix_(index[near] % width, index[near] % width)] = 0
-                z = sites[layer, 0, 0, 2] - sites[other, 0, 0, 2] if raised is not None else down * LAYER_SPACING
+                z = down * LAYER_SPACING + rise[layer] - rise[other]
                 outside = x[near, None] ** 2 + x[None, near] ** 2 + z**2 > radius**2 * (1 + 1e-9)
                 far = max(far, float(np.abs(inside[outside]).max(initial=0.0)))
                 inside[outside] = 0

@@ -207,7 +207,7 @@ class BoundGrid(Protocol):
     def arrive(self, before: float, after: float) -> tuple[float, float]:
         """Scale the trial from one sum to another, and find its gap; returns what :meth:`displace` does.
 
-        The energy is infinite if its points cannot carry that sum.
+        The energy is NaN if its points cannot carry that sum.
         """
 
     def accept(self) -> None:

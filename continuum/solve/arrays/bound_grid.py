@@ -218,7 +218,7 @@ class ArrayBoundGrid(Modes):
         if before != after:
             scaled = self._scaled(self._tried, before, after)
             if scaled is None:
-                return np.inf, 0.0
+                return np.nan, np.nan
             self._tried = scaled
         self._found, energy, size = self._gap(self._tried)
         return energy, size

@@ -209,7 +209,7 @@ class CompiledBoundGrid(ContactPasses):
 
     def arrive(self, before: float, after: float) -> tuple[float, float]:
         if before != after and not self._scale(self.s, before, after, self.change):
-            return np.inf, 0.0
+            return np.nan, np.nan
         return self._gap(self.s, self.change)
 
     def accept(self) -> None:

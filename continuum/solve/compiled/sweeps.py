@@ -62,7 +62,8 @@ def finish_gradient(
             _follow(gi, di, wi, ki, c0, alpha, beta, 1.0 if x is None else alpha)
             gg, gs, ys, ym = _finish(gi, wi, ki, weight, c0)
             ss, sd = _precondition(gi, di, wi, ki, weight, c0)
-            _add(sums, gg, gs, ys, ym, ss, sd)
+            sums[0] += gg
+            _add(sums, gs, ys, ym, ss, sd)
         if x is not None:
             _advance(x[i, part], di, alpha)
 
@@ -88,9 +89,8 @@ def linear_last(
 
 
 @inlined
-def _add(sums: Real, gg: float, gs: float, ys: float, ym: float, ss: float, sd: float) -> None:
-    """The sums of a row to those of the block."""
-    sums[0] += gg
+def _add(sums: Real, gs: float, ys: float, ym: float, ss: float, sd: float) -> None:
+    """The sums of a row, but for <g g>, to those of the block."""
     sums[1] += gs
     sums[2] += ys
     sums[3] += ym
@@ -214,7 +214,7 @@ def finish_low_modes(
             gs += w * (gi[2 * j] * s0 + gi[2 * j + 1] * s1)
             ss += k * (s0 * s0 + s1 * s1)
             sd += k * (s0 * di[2 * j] + s1 * di[2 * j + 1])
-        _add(sums, 0.0, gs, ys, ym, ss, sd)
+        _add(sums, gs, ys, ym, ss, sd)
 
 
 @compiled

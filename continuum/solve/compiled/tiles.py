@@ -221,13 +221,13 @@ class Tiles:
         self.slots: Index = np.full(marked.shape, -1, dtype=np.int64)
         self.slots[marked] = np.arange(count)
         self.whole, self.shape = whole, (count * SIDE, SIDE)
-        self.row_edges, self.tile_edges = (block_edges(each, count * SIDE**2) for each in (count * SIDE, count))
+        self.spare, self.shared = self.field(), self.mask()
+        self.row_edges, self.tile_edges = (block_edges(each, self.spare.size) for each in (len(self.spare), count))
         around = [(SIDE + 2 * r - 2, SIDE - 4 + width(r)) for r in (REACH, STIFF_REACH)]
         self.own, self.stiff = split.memory("G", count, around[0]), split.memory("K", count, around[1])
         self.corners = split.memory("corners", count, (REACHED, REACHED))
         self.answer, self.beside = (split.memory(name, count, (SIDE, SIDE)).reshape(self.shape) for name in ("a", "b"))
         self.some: Mask = np.zeros(count, dtype=np.bool_)
-        self.spare, self.shared = self.field(), self.mask()
 
     # --- arrays ------------------------------------------------------------------------------------------------
 

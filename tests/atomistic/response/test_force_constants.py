@@ -112,6 +112,17 @@ def test_surfaces_relax_and_are_then_at_rest(name, first, digits):
     assert np.abs(left).max() < 1e-10
 
 
+@pytest.mark.parametrize("height", [-7.0, 7.0])
+def test_a_slab_has_its_energy_at_any_height(height):
+    of = model("lj")
+    slab, energies = Slab((3, 3), 3, 2).positions.reshape(-1, 3), []
+    for rise in (0.0, height):
+        at = (slab + np.array([0, 0, rise])) * of.length
+        with Cell(of, at, np.array([3.0, 3, 1]) * of.length, surface=True) as cell:
+            energies.append(cell.evaluate(at)[0])
+    assert energies[1] == pytest.approx(energies[0], rel=1e-12)
+
+
 def test_nearest_planes_are_measured_by_their_own_distance():
     rise = relaxation(model("Cu_mishin1.eam.alloy"), 24)
     # -1.67 % of the first distance, -0.58 % of the second: inward, as in Mishin et al. for their (100) surfaces.

@@ -182,11 +182,13 @@ def test_a_profile_does_not_depend_on_the_origin_or_the_axes(seed: int, i: int, 
 def test_distributions_integrate_to_areas_and_loads(seed: int, rows: int) -> None:
     grid = Grid((rows + 1, 3), (rows + 1.0, 3.0))
     gap = np.random.default_rng(seed).uniform(0.9, 1.6, grid.shape)
-    gaps = gap_distribution(grid, gap)
+    gaps = gap_distribution(grid, gap, bins=rows)
+    assert gaps.density.shape == (rows,)
     assert np.sum(gaps.density * np.diff(gaps.edges)) == pytest.approx(1)
     pressures = pressure_distribution(grid, WALL, gap, bins=2000)
     contact = totals_of(grid, WALL, gap)
     share = pressures.density * np.diff(pressures.edges)
+    assert share.shape == (2000,)
     assert np.sum(share) == pytest.approx(contact.area_rep + contact.area_att)
     middle = (pressures.edges[1:] + pressures.edges[:-1]) / 2
     width = np.diff(pressures.edges).max()

@@ -1,4 +1,4 @@
-"""Curves of a path, and the analysis of stored runs."""
+"""The analysis of stored runs."""
 
 from __future__ import annotations
 
@@ -7,80 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from continuum.cli import main
 from continuum.files.inputs import load
-from continuum.measure.curve import Curve, adhesion, normal_stiffness
 from continuum.runs.config import RunConfig
 from continuum.runs.result import Result
 from continuum.runs.run import follow_run
 from continuum.theory import paper
-
-
-def curve(gap: list[float] | np.ndarray, load: list[float] | np.ndarray, reversal: int) -> Curve:
-    gap, load = np.array(gap, dtype=float), np.array(load, dtype=float)
-    return Curve(gap, gap - 1.0, load, np.arange(gap.size) > reversal)
-
-
-# --- curves ------------------------------------------------------------------------------------------------
-
-
-def test_the_stiffness_of_an_exponential_is_proportional_to_its_load() -> None:
-    # Persson: N ~ exp(-gap/u0), so k_N = N/u0 (the paper: the stiffness is proportional to the load).
-    gap = np.concatenate([np.linspace(4, 1, 61), np.linspace(1, 4, 61)[1:]])
-    load = np.exp(-gap / 0.7)
-    stiffness = normal_stiffness(curve(gap, load, 60))
-    # Second order: (0.05/0.7)²/6 inside, twice that at the ends of a stretch.
-    np.testing.assert_allclose(stiffness * 0.7 / load, 1, atol=2e-3)
-
-
-def test_the_stiffness_needs_two_points() -> None:
-    assert np.isnan(normal_stiffness(curve([1.0], [0.1], 0))).all()
-    np.testing.assert_allclose(normal_stiffness(curve([2, 1], [0, 0.5], 1)), 0.5)
-
-
-def test_a_cycle_with_a_known_work() -> None:
-    # In: no load until 1, then 2 (1 - u).  Out: the same line goes on down to -1 at u = 1.5, then snaps off.
-    gap = [2.0, 1.0, 0.5, 1.0, 1.5, 1.5 + 1e-9, 2.0]
-    found = adhesion(curve(gap, [0, 0, 1, 0, -1, 0, 0], 2))
-    assert found.peak_load == 1
-    assert found.largest_tension == 0
-    assert found.pull_off == 1
-    assert found.work_of_separation == pytest.approx(0.25, rel=1e-6)
-    assert found.loss == pytest.approx(0.25, rel=1e-6)
-    assert found.separated
-
-
-def test_a_path_without_return_and_one_that_ends_early() -> None:
-    there = adhesion(curve([2, 1.5, 1], [0, -0.2, 1], 2))
-    assert there.largest_tension == 0.2
-    assert np.isnan([there.pull_off, there.work_of_separation, there.loss]).all()
-    early = adhesion(curve([2, 1.5, 1, 1.5], [0, 0, 1, -0.5], 2))
-    assert not early.separated
-    assert early.pull_off == 0.5
-    with pytest.raises(ValueError, match="no equilibrium"):
-        adhesion(curve([], [], 0))
-
-
-@given(st.lists(st.floats(-1, 1), min_size=2, max_size=12), st.floats(0.1, 10), st.floats(0.1, 10))
-def test_curves_scale_with_their_units(loads: list[float], length: float, pressure: float) -> None:
-    gap = np.concatenate([np.arange(len(loads), 0, -1), np.arange(2, len(loads) + 1)]).astype(float)
-    load = np.concatenate([loads, loads[-2::-1]]) + np.linspace(0, 1, gap.size)
-    reversal = len(loads) - 1
-    plain, scaled = curve(gap, load, reversal), curve(gap * length, load * pressure, reversal)
-    # Loads and gaps of order one: differences that cancel are rounding.
-    unit = pressure / length
-    np.testing.assert_allclose(normal_stiffness(scaled) / unit, normal_stiffness(plain), rtol=1e-9, atol=1e-12)
-    a, b = adhesion(plain), adhesion(scaled)
-    assert b.pull_off == pytest.approx(a.pull_off * pressure)
-    # Crossings of zero by interpolation: rounding of the sum, not of each term.
-    assert b.work_of_separation == pytest.approx(a.work_of_separation * pressure * length, abs=1e-9)
-    assert b.loss == pytest.approx(a.loss * pressure * length, abs=1e-9)
-
-
-# --- stored runs -------------------------------------------------------------------------------------------
 
 
 def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> None:

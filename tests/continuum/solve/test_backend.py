@@ -18,9 +18,11 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.solve import conjugate, hard, smooth
+from continuum.solve.arrays.smooth_grid import ArrayLinearGrid
 from continuum.solve.backend import back_end
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
 from continuum.solve.compiled.corrections import TiledSmoothGrid as SmoothGrid
+from continuum.solve.compiled.linear import CompiledLinearGrid
 from continuum.solve.compiled.passes import Passes
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
@@ -68,6 +70,19 @@ def test_a_grid_in_plain_numpy_finds_the_same_state(
     assert found[0].iterations == found[1].iterations
     np.testing.assert_allclose(*([line.step for line in each.history] for each in found), rtol=1e-8)
     np.testing.assert_allclose(found[0].gap, found[1].gap, atol=1e-13)
+
+
+def test_so_it_does_where_no_step_of_a_coarser_grid_descends(monkeypatch: pytest.MonkeyPatch) -> None:
+    for kind in (CompiledLinearGrid, ArrayLinearGrid):
+        monkeypatch.setattr(kind, "relax", lambda *given, relax=kind.relax: relax(*given) and False)
+    law, h = LennardJonesSpline(adhesion_length=0.0).law, heights(256)
+    one, other = (
+        solver(256, device).minimise(law, h, h + 2.5, Settings(1e-8, 4), lift=2.3, mean_stiffness=np.inf)
+        for device in ("cpu", "numpy")
+    )
+    # Steps along the preconditioned gradient, to rounding.
+    assert one.iterations == other.iterations == 4
+    np.testing.assert_allclose(one.history, other.history, rtol=1e-8)
 
 
 @pytest.mark.parametrize(("kind", "levels", "held"), covering([np.float32, np.float64], [1, 2], [False, True]))
@@ -134,6 +149,21 @@ def test_a_residual_leaves_no_larger_duality_gap_than_its_scale_says(monkeypatch
     K, weights = HalfSpace("clamped").stiffness(grid), np.broadcast_to(grid.mode_weights, grid.shape_q)
     softness = weights.ravel()[1:] / K.ravel()[1:] ** 2
     assert gaps[-1][1] == pytest.approx(2 * pressure.mean() * np.sqrt(softness.sum()), rel=1e-9)
+
+
+def test_only_rows_that_press_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All are at the beginning.  A row that is marked for nothing costs time only, so that states do not show it."""
+    looked, hand_out = list[Real](), BoundGrid.hand_out
+
+    def noted(grid: BoundGrid, level: float) -> tuple[Real, Real]:
+        looked.append(grid.touched.any(axis=1))
+        return hand_out(grid, level)
+
+    monkeypatch.setattr(BoundGrid, "hand_out", noted)
+    found = solver(64).constrain(heights(64), heights(64) + 2.0, Settings(1e-8), pressure=1e-3, mean_stiffness=0.0)
+    presses = (found.traction > 0).any(axis=1)
+    np.testing.assert_array_equal(looked[-1], presses)
+    assert 0 < presses.sum() < 48
 
 
 def test_a_device_that_there_is_not_is_said_and_none_is_imported_early() -> None:

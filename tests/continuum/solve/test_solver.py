@@ -406,6 +406,7 @@ def test_an_energy_that_does_not_belong_to_its_traction_is_said() -> None:
 def test_history_ends_at_the_residual_and_never_rises_in_energy() -> None:
     solution = solve(Rough().problem(), "separation", 1.0, TIGHT).solution
     energies = np.array([line.energy for line in solution.history])
+    assert energies[0] == 0  # relative to the start
     assert (np.diff(energies) <= 1e-14).all()
     assert solution.history[-1].residual == pytest.approx(solution.residual, rel=0.1)
     assert solution.iterations == len(solution.history) - 1

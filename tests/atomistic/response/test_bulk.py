@@ -1,0 +1,54 @@
+"""What is below a face: springs of a contact modulus of one, and the solid that stands for atoms of a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import ase.build
+import ase.io
+import numpy as np
+import pytest
+
+from atomistic.config.crystal import CrystalTable
+from atomistic.crystal.interatomic import Springs
+from atomistic.crystal.model import AnyCrystalModel
+from atomistic.crystal.potentials import EmbeddedAtom, find_potential
+from atomistic.response.bulk import model_below
+from continuum.model.cubic import anisotropic_contact_modulus
+
+ANGLES = np.linspace(0, np.pi, 91)[:-1]
+
+
+@pytest.mark.parametrize("face", ["110", "111"])
+def test_springs_below_a_face_have_a_mean_contact_modulus_of_one(face: Any) -> None:
+    below = model_below(Springs(), CrystalTable(face=face))
+    assert isinstance(below, AnyCrystalModel)
+    # 1/E* is smooth in the angle: the mean over any equal steps.
+    assert np.mean(1 / anisotropic_contact_modulus(below.tensor, ANGLES)) == pytest.approx(1, rel=1e-6)
+    springs = below.potential
+    assert isinstance(springs, Springs)
+    # All neighbours of an atom that move against it: four times the springs along each axis, by its motion and theirs.
+    assert below.stiffest == pytest.approx(8 * springs.stiffness)
+    # Cauchy's relation of central forces, along any axes: C_ijkl is symmetric in all indices.
+    np.testing.assert_allclose(below.tensor, below.tensor.transpose(0, 2, 1, 3), atol=1e-12)
+    # The bulk modulus of the crystal of springs is sqrt(2)/3 x 2 k_s/a0.
+    assert np.einsum("iijj", below.tensor) / 9 == pytest.approx(2 * np.sqrt(2) / 3 * springs.stiffness)
+    assert (below.length, below.contact_modulus, below.density, below.mass) == (1, 1, pytest.approx(np.sqrt(2)), 1)
+
+
+def test_atoms_of_a_file_have_an_isotropic_solid_of_the_given_modulus_below_them(tmp_path: Path) -> None:
+    slab = ase.build.fcc111("Ni", (6, 6, 6), a=3.52, orthogonal=True, vacuum=5)
+    slab.info.clear()
+    ase.io.write(tmp_path / "slab.xyz", slab)
+    potential = EmbeddedAtom.read(find_potential("NiAlH_jea.eam.alloy"), ("Al", "Ni"))
+    below = model_below(potential, CrystalTable(atoms=tmp_path / "slab.xyz", modulus="200GPa"))
+    assert isinstance(below, AnyCrystalModel)
+    assert below.length == pytest.approx(3.52 / np.sqrt(2))
+    assert below.contact_modulus == pytest.approx(200 / 160.2176634)
+    np.testing.assert_allclose(anisotropic_contact_modulus(below.tensor, ANGLES), 1, rtol=1e-9)
+    c11, c12 = below.tensor[0, 0, 0, 0], below.tensor[0, 0, 1, 1]
+    assert c12 / (c11 + c12) == pytest.approx(1 / 4)
+    # A layer is thought to be 0.8 a0 thick, and of fcc(111) it is sqrt(2/3).
+    assert below.density == pytest.approx(np.sqrt(2), rel=0.01)
+    assert below.mass == pytest.approx(potential.masses[1])
