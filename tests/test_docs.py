@@ -356,3 +356,25 @@ def test_the_page_of_all_sweeps_shows_no_quantity_more_than_twice() -> None:
     names = [max((name for name in FIGURES if stem.endswith(f"-{name}")), key=len) for stem in stems]
     assert len(set(names)) > 8
     assert max(map(names.count, names)) <= 2
+
+
+def clicks(start: str) -> dict[str, int]:
+    """How many links in the text of pages lead from one to each other, at least; those in the margin do not count."""
+    found, reached = {start: 0}, [start]
+    for page in reached:
+        for target in re.findall(r"\]\(([\w./-]+\.md)", PAGES[page]):
+            there = os.path.relpath((ROOT / page).parent / target, ROOT)
+            if there in PAGES and there not in found:
+                found[there] = found[page] + 1
+                reached.append(there)
+    return found
+
+
+def test_what_a_physicist_asks_first_is_few_clicks_from_the_first_page() -> None:
+    """How to press his own map, what the program cannot do, and how well the paper is reproduced."""
+    found = clicks("docs/index.md")
+    for page in ("tutorials/map", "tutorials/validate", "tutorials/sweep", "limits", "trust", "paper"):
+        assert found[f"docs/{page}.md"] == 1, page
+    readme = clicks("README.md")
+    for page in ("tutorials/map", "limits", "paper", "trust", "cite"):
+        assert readme[f"docs/{page}.md"] <= 2, page

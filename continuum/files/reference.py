@@ -149,7 +149,7 @@ def template(model: type[Document], example: str) -> str:
 
 
 def _commented(text: str) -> list[str]:
-    return textwrap.wrap(text, _WIDTH, initial_indent="# ", subsequent_indent="# ")
+    return textwrap.wrap(text.replace("``", "`"), _WIDTH, initial_indent="# ", subsequent_indent="# ")
 
 
 def _described(place: str, value: Any, field: FieldInfo) -> list[str]:
