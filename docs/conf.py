@@ -8,11 +8,8 @@ from pathlib import Path
 from docutils import nodes
 from latex2mathml.converter import convert
 from matplotlib import pyplot as plt
-from numpy import float64
-from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 from sphinx.application import Sphinx
-from sphinx.util.typing import stringify_annotation
 from sphinx.writers.html5 import HTML5Translator
 
 import continuum
@@ -48,7 +45,9 @@ myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented_params"
 autoclass_content = "class"
+smartquotes = False  # --set is an option, and "hard" a word of an input
 suppress_warnings = ["config.cache"]  # functions in the configuration of the gallery
 html_theme = "furo"
 html_math_renderer = "mathml"
@@ -85,9 +84,8 @@ def _described(app: Sphinx, what: str, name: str, thing: object, options: object
 
 
 _SHORTER = {
-    stringify_annotation(kind, mode): name
-    for kind, name in ((ArrayLike, "ArrayLike"), (NDArray[float64], "NDArray[float64]"))
-    for mode in ("fully-qualified", "fully-qualified-except-typing", "smart")
+    r"~?[\w.]*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]": "ArrayLike",
+    r"~?[\w.]*ndarray\[tuple\[~?[\w.]*Any, \.\.\.\], ~?[\w.]*dtype\[~?(?:numpy\.)?(\w+)\]\]": r"NDArray[\1]",
 }
 
 
@@ -96,7 +94,7 @@ def _shortened(app: Sphinx, *_: object) -> None:
     for hints in app.env.current_document.autodoc_annotations.values():
         for argument, text in hints.items():
             for long, short in _SHORTER.items():
-                text = text.replace(long, short)
+                text = re.sub(long, short, text)
             hints[argument] = text
 
 

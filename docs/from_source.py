@@ -173,7 +173,7 @@ def inputs() -> dict[str, str]:
 def commands(program: str) -> str:
     """Every command of a program with its arguments and options, as its help has them."""
     app = {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}[program]
-    return app.generate_docs().replace(f"# {program}\n", f"# Commands of `{program}`\n", 1)
+    return app.generate_docs(usage_name=program).replace(f"# {program}\n", f"# Commands of `{program}`\n", 1)
 
 
 def public(package: str, groups: Sequence[Mapping[str, Any]]) -> str:

@@ -35,7 +35,8 @@ def test_every_key_of_an_input_says_what_it_is_and_every_number_its_unit(name: s
     keys = [(table.place, key) for table in entries(model) for key in table.keys]
     assert len(keys) > 4
     for place, key in keys:
-        assert f"| `{key.name}` | {key.type} | {key.unit or '–'} | " in page.replace("\\|", "|")
+        said = f"| `{key.name}` | {key.meaning or 'which kind it is'} | {key.unit or '–'} | "
+        assert said in page.replace("\\|", "|")
         assert key.meaning or key.type.startswith('"'), (place, key.name)
         assert key.unit or not NUMBER.search(key.type), f"{place} {key.name}: no unit in {key.meaning!r}"
 

@@ -124,10 +124,10 @@ def markdown(model: type[Document], title: str) -> str:
     lines = [f"# {title}", "", _about(model), ""]
     for table in entries(model):
         head = f"## `{table.place}`" + (f" with `{table.kind}`" if table.kind else "") if table.place else "## No table"
-        lines += [head, "", table.meaning, "", "| key | type | unit | default | meaning |", "|---|---|---|---|---|"]
+        lines += [head, "", table.meaning, "", "| key | meaning | unit | default | type |", "|---|---|---|---|---|"]
         for key in table.keys:
             default = f"`{key.default}`" if key.default else "*required*"
-            cells = (f"`{key.name}`", key.type, key.unit or "–", default, key.meaning or "which kind it is")
+            cells = (f"`{key.name}`", key.meaning or "which kind it is", key.unit or "–", default, key.type)
             lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
         lines.append("")
     return "\n".join(lines)
