@@ -133,10 +133,10 @@ def columns() -> str:
     for name, found in stored().items():
         title, about = _FILES[name]
         rows = [
-            (f"`{key}`", ", ".join(f"`{dim}`" for dim in one.dims), one.units or "–", one.long_name)
+            (f"`{key}`", one.long_name, one.units or "–", ", ".join(f"`{dim}`" for dim in one.dims))
             for key, one in sorted(found.items(), key=lambda item: ("/" in item[0], item[0]))
         ]
-        parts += ["", f"## {title}", "", about, "", _table(("dataset", "over", "unit", "meaning"), rows)]
+        parts += ["", f"## {title}", "", about, "", _table(("dataset", "meaning", "unit", "over"), rows)]
     about = (
         "`continuum sweep collect`: `table.csv`, and `table.h5` with one dimension for each axis. Before these columns"
         " stand `system`, the keys on the axes, and after them columns of one's own."
@@ -146,8 +146,8 @@ def columns() -> str:
 
 def table_of_a_sweep() -> str:
     """Columns of the table of all points of a sweep."""
-    rows = [(f"`{name}`", unit or "–", what) for name, (unit, what) in COLUMNS.items()]
-    return _table(("column", "unit", "meaning"), rows)
+    rows = [(f"`{name}`", what, unit or "–") for name, (unit, what) in COLUMNS.items()]
+    return _table(("column", "meaning", "unit"), rows)
 
 
 def _table(head: Sequence[str], rows: Sequence[tuple[str, ...]]) -> str:

@@ -129,7 +129,7 @@ def test_every_column_of_a_table_and_every_exit_code_is_on_its_page() -> None:
     rows = from_source.table_of_a_sweep()
     for name, (unit, what) in COLUMNS.items():
         assert what
-        assert f"| `{name}` | {unit or '–'} | {what} |" in rows
+        assert f"| `{name}` | {what} | {unit or '–'} |" in rows
         assert unit or " in " in what, name
     page = from_source.exit_codes()
     assert all(f"| {code} | {meaning} |" in page for code, meaning in EXIT_CODES.items())
