@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Iterator
+from dataclasses import fields
 from types import ModuleType
 
 import pytest
@@ -15,9 +16,14 @@ import atomistic
 import atomistic.cli
 import continuum
 import continuum.cli
+from atomistic.ladder.comparison import PathPlan, ValidatedState
+from atomistic.ladder.rungs import Rung
+from atomistic.lammps.result import DeckResult
+from atomistic.relax.deckrun import ContinuumStep, DeckStep
 from continuum.errors import EXIT_CODES
 from continuum.files.reference import entries, unit_said
 from continuum.options import arguments_of
+from continuum.runs.record import Point
 from continuum.sticky.tables import OPTIONS
 from continuum.sweeps.measured import COLUMNS
 from continuum.tables import Description, explained
@@ -125,7 +131,7 @@ def test_every_argument_of_a_public_function_is_described_and_every_number_has_i
 
 
 def test_every_column_of_a_table_and_every_exit_code_is_on_its_page() -> None:
-    """Of stored files each dataset describes itself: ``tests.stored.describe_themselves``."""
+    """Of stored files each dataset describes itself: ``describe_themselves`` in tests/stored.py."""
     rows = from_source.table_of_a_sweep()
     for name, (unit, what) in COLUMNS.items():
         assert what
@@ -133,3 +139,16 @@ def test_every_column_of_a_table_and_every_exit_code_is_on_its_page() -> None:
         assert unit or " in " in what, name
     page = from_source.exit_codes()
     assert all(f"| {code} | {meaning} |" in page for code, meaning in EXIT_CODES.items())
+
+
+@pytest.mark.parametrize("record", [Point, DeckStep, ContinuumStep, DeckResult, Rung, PathPlan, ValidatedState])
+def test_every_number_of_a_record_says_what_it_is_and_its_unit(record: type) -> None:
+    """Of these the files of runs, decks and validations are made, and the page of what is stored."""
+    stored = [one for one in fields(record) if one.metadata]
+    assert stored
+    for one in stored:
+        units, said = one.metadata["units"], one.metadata["long_name"]
+        assert said, one.name
+        assert not said.startswith("of "), f"{one.name}: {said!r} does not say what"
+        assert units or one.type in (str, "str") or " in " in said or "date" in said, f"{one.name}: no unit"
+        assert not set("²³") & set(units), f"{one.name}: units of files are written as a0^2"
