@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from continuum.options import program, run_program
 
 COMMANDS = {
-    "validate": "press one wall on Green's functions and on atoms, and print the error budget",
+    "validate": "press one wall on Green's functions and on atoms: error budget",
     "deck": "write a LAMMPS deck that a stock lmp runs, serial or with MPI",
-    "read": "print, store and draw the states of a deck that has been run, and whether they are equilibria",
-    "elastic": "lattice constant, elastic constants, E*(100) by direction and surface relaxation of a crystal",
+    "read": "print, store and draw the states of a deck that was run",
+    "elastic": "lattice and elastic constants, E*, relaxation of a crystal",
     "check": "check an input file, and print what it will cost",
-    "doctor": "check the LAMMPS of this machine, and say what to do if it does not work",
+    "doctor": "check the LAMMPS of this machine, and say what to do",
     "init": "print a template of an input, with every key explained",
-    "schema": "print the JSON schema of an input, for editors that complete TOML",
+    "schema": "print the JSON schema of an input, for editors",
 }
 app = program(
     "atomistic",

@@ -141,14 +141,14 @@ def doctor() -> int:
 
 
 @like(template)
-def init(kind: Kind) -> int:
+def init(kind: Annotated[Kind, Parameter(help="input that is printed")]) -> int:
     """Print a template of an input, with every key explained."""
     print(template(*INPUTS[kind]), end="")
     return OK
 
 
 @like(schema_of)
-def schema(kind: Kind) -> int:
+def schema(kind: Annotated[Kind, Parameter(help="input whose schema is printed")]) -> int:
     """Print the JSON schema of an input, for editors that complete TOML."""
     print(schema_of(INPUTS[kind][0]), end="")
     return OK

@@ -176,7 +176,7 @@ def deck(
     model : interatomic model; springs if None.
     separation : height of the wall's zero above the surface at rest, in a0, for one equilibrium.  This and the
         following may be texts with a unit, as "2.5Å" or "1GPa", if the crystal has a length scale.
-    separations : several separations in order, each started from the equilibrium before: approach and retraction.
+    separations : several in order, in a0, each started from the equilibrium before: approach and retraction.
     pressures : mean pressures in order, in E*, reached by moving the wall.
     protocol : the table [protocol] of an input, of any kind: ``{"kind": "velocity", "temperature": 1e-4, ...}``.
     depth : of the slab, in a0; its width if None.

@@ -7,22 +7,22 @@ from cyclopts import App
 from continuum.options import program, run_program
 
 COMMANDS = {
-    "check": "check the input of a run or a sweep, and print its grid, roughness, memory and cost",
-    "run": """follow a loading path and store areas, loads, contact maps and jumps
+    "check": "print grid, roughness, memory and cost of a run or a sweep",
+    "run": """follow a loading path; store areas, loads, maps and jumps
 
 The table [loading] of the input sets the control (separation, mean-gap, mean-pressure, repulsive-area) and its \
 targets, the way back (retract or [loading.retraction]), and whether jumps are bracketed (event_resolution).  A run \
 that was stopped continues with the same command.""",
-    "threshold": """find the work of adhesion above which the surface of an input is sticky
+    "threshold": """find the work of adhesion above which a surface is sticky
 
 At this work the load at 1 % repulsive area, or at --area, changes its sign on approach.  The bracket of works is \
 stored with the states at both ends.""",
-    "plot": """draw the figures of a stored run, or a figure of the paper from a sweep
+    "plot": """draw the figures of a run, or of the paper from a sweep
 
 `plot RESULT` draws a run.  `plot FIGURE DIR` draws, from the files of a sweep alone, figure1 - figure4, figure-s1 - \
 figure-s3, a further figure, `verdicts`, `page` (all of these) or `dispute` (measured against every theory).""",
-    "analyse": "measure the stored points of runs: patches, perimeter, κ, gap profile, pull-off",
-    "certify": """check stored states against the equations, independently of the solver
+    "analyse": "measure a stored run: patches, perimeter, κ, gaps, pull-off",
+    "certify": """check stored states against the equations, by other code
 
 Residual, curvature of the energy, areas and their maps, loads, energies, mean gap and separation are computed from \
 heights and gap with other transforms, sums and derivatives than the solver's, and compared with the stored numbers: \
@@ -33,14 +33,15 @@ Presses a measured topography, or two that face each other, once without adhesio
 its error, and what would change the answer.  Writes figures and a one-page HTML report, with what theories say beside \
 it.  Every quantity has a unit: 70GPa, 50mJ/m2.
 Example: continuum predict map.npy --size 10um --unit nm --modulus 2MPa --poisson 0.5 --work 50mJ/m2 --range 0.5nm""",
-    "view": """show a height map or stored results in a browser, on this machine only
+    "view": """show a height map or stored results in a browser
 
-For a map the page shows the answer of `predict`, with sliders for w, E*, the range and the cut-off, and a button that \
-solves the contact.  For a run, a sweep or a deck that `atomistic read` stored it shows load, areas and the contact \
+On this machine only.  For a map the page shows the answer of `predict`, with sliders for w, E*, the range and the \
+cut-off, and a button that solves the contact.  For a run, a sweep or a deck that `atomistic read` stored it shows \
+load, areas and the contact \
 map of every state.  Name a file here, or drop it on the page.""",
     "init": "print a template of an input, with every key explained",
-    "schema": "print the JSON schema of an input, for editors that complete TOML",
-    "examples": "compare the paper's worked examples with the numbers of this program, as Markdown",
+    "schema": "print the JSON schema of an input, for editors",
+    "examples": "print the paper's worked examples beside our numbers",
 }
 app = program(
     "continuum",
@@ -49,7 +50,7 @@ app = program(
     COMMANDS,
     {"predict": "map_commands", "view": "map_commands"},
 )
-sweep = App(name="sweep", help="run many systems from one input; their SLURM script, status, tables, verification")
+sweep = App(name="sweep", help="run many systems from one input, on a laptop or a cluster")
 app.command(sweep)
 OF_SWEEPS = {
     "run": "run the systems that are not done yet",

@@ -104,7 +104,7 @@ def examples() -> int:
 
 
 @like(template)
-def init(kind: Literal["run", "sweep"]) -> int:
+def init(kind: Annotated[Literal["run", "sweep"], Parameter(help="input that is printed")]) -> int:
     """Print a template of an input, with every key explained."""
     print(template(RunConfig, "inputs/smoke/path.toml"), end="")
     if kind == "sweep":
@@ -113,7 +113,7 @@ def init(kind: Literal["run", "sweep"]) -> int:
 
 
 @like(schema_of)
-def schema(kind: Literal["run"]) -> int:
+def schema(kind: Annotated[Literal["run"], Parameter(help="input whose schema is printed")]) -> int:
     """Print the JSON schema of an input, for editors that complete TOML."""
     print(schema_of(RunConfig), end="")
     return OK

@@ -63,9 +63,10 @@ OPTIONS: Mapping[str, Parameter] = {
     "threads": Parameter(validator=_COUNT),
     "nodes": Parameter(validator=_COUNT),
     "shards": Parameter(name="--array", validator=_COUNT),
-    "settings": Parameter(name="--set", converter=_set, n_tokens=1, accepts_keys=False, help="value for a key of the "
-                          "input, as surface.seed=3; may be repeated"),
-    "shard": Parameter(converter=_shard, n_tokens=1, show_default=True, help="part I/N of the systems, as 2/8"),
+    "settings": Parameter(name="--set", metavar="KEY=VALUE", converter=_set, n_tokens=1, accepts_keys=False, help=
+                          "value for a key of the input, as surface.seed=3; may be repeated"),
+    "shard": Parameter(metavar="I/N", converter=_shard, n_tokens=1, show_default=False,
+                       help="part I/N of the systems, as 2/8 (default: 1/1, all)"),
     "memory": Parameter(converter=_gigabytes),
     "modules": Parameter(name="--module"),
     "lines": Parameter(name="--line"),
@@ -93,7 +94,9 @@ def program(name: str, what: str, units: str, commands: Mapping[str, str], apart
     )  # fmt: skip
 
     @app.command(help="print the completion script for your shell: bash, zsh or fish")
-    def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
+    def completion(
+        shell: Annotated[Literal["bash", "zsh", "fish"], Parameter(help="shell that is to complete commands")], /
+    ) -> int:
         print(app.generate_completion(prog_name=name, shell=shell))
         return OK
 
@@ -182,7 +185,7 @@ def like(
     """
 
     def made(command: Command) -> Command:
-        signature = _signature(work, command, _help(work) | dict(help or {}), draws)
+        signature = _signature(work, command, arguments_of(work) | dict(help or {}), draws)
         own = inspect.signature(command)
 
         @wraps(command)
@@ -252,7 +255,7 @@ def _option(name: str, annotation: Any) -> Any:
     return found | None if found is not None and (type(None) in types or found in lists) else found
 
 
-def _help(work: Callable[..., object]) -> dict[str, str]:
+def arguments_of(work: Callable[..., object]) -> dict[str, str]:
     """The descriptions of the arguments in the docstring of a function, as plain text, but for what only Python has."""
     text = inspect.cleandoc(work.__doc__ or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
     found = dict[str, str]()

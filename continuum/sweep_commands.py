@@ -45,7 +45,8 @@ def sweep_slurm(**given: Any) -> int:
 
 
 Watch = Annotated[
-    float | None, Parameter(help="repeat every so many seconds, until all systems are done or Ctrl-C is pressed")
+    float | None,
+    Parameter(help="interval in seconds of reports, until all systems are done or Ctrl-C is pressed (default: one)"),
 ]
 
 

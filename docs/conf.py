@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
-import tomllib
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 from docutils import nodes
 from latex2mathml.converter import convert
 from matplotlib import pyplot as plt
+from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
 import continuum
-from atomistic.config.crystal import ElasticConfig
-from atomistic.config.deck import DeckConfig
-from atomistic.config.validate import ValidateConfig
-from continuum.errors import EXIT_CODES
-from continuum.files.reference import markdown
-from continuum.runs.config import RunConfig
-from continuum.runs.record import Point
-from docs.materials import table
+from docs.from_source import pages
 
 
 def _style(*_: object) -> None:
@@ -32,7 +22,6 @@ def _style(*_: object) -> None:
 
 
 HERE = Path(__file__).parent
-GROUPS = HERE / "reference.toml"
 project, author = "stickiness", "the stickiness developers"
 release = version = continuum.__version__
 extensions = [
@@ -47,6 +36,7 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "show_signature": False,
     "min_reported_time": 60,
+    "capture_repr": (),
     "reset_modules": (_style,),
 }
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
@@ -55,7 +45,9 @@ myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented_params"
 autoclass_content = "class"
+smartquotes = False  # --set is an option, and "hard" a word of an input
 suppress_warnings = ["config.cache"]  # functions in the configuration of the gallery
 html_theme = "furo"
 html_math_renderer = "mathml"
@@ -64,111 +56,71 @@ html_show_copyright = False
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 
-INPUTS = {
-    "run": (RunConfig, "Input of `continuum run`"),
-    "validate": (ValidateConfig, "Input of `atomistic validate`"),
-    "deck": (DeckConfig, "Input of `atomistic deck`"),
-    "elastic": (ElasticConfig, "Input of `atomistic elastic`"),
-}
-
-
-def _columns() -> str:
-    """Columns of a stored run, as the file itself says them."""
-    rows = [
-        f"| `{field.name}` | {field.metadata.get('units') or '-'} | {field.metadata.get('long_name', '')} |"
-        for field in dataclasses.fields(Point)
-    ]
-    head = [
-        "# Columns of a stored run",
-        "",
-        "Each is a dataset over `step` in `NAME.h5`, with its unit as an attribute.",
-        "",
-        "The contact maps take a bit a cell and are packed; one call unpacks that of a step, an array of 2 (repulsive),"
-        " 1 (attracted) and 0 (out of range):",
-        "",
-        "```python",
-        "import continuum as c",
-        "",
-        'c.Result.read("results/path.h5").contact_map(1)',
-        "```",
-        "",
-        "`to_xarray()` of the same object opens the whole file with named axes; it needs the extra `xarray`:",
-        "`pip install 'stickiness[xarray]'`.",
-        "",
-    ]
-    return "\n".join([*head, "| column | unit | meaning |", "|---|---|---|", *rows, ""])
-
-
-def _exit_codes() -> str:
-    """With which codes both programs end."""
-    rows = [f"| {code} | {meaning} |" for code, meaning in EXIT_CODES.items()]
-    head = [
-        "# Exit codes",
-        "",
-        "Of `continuum` and of `atomistic`, whatever the command.",
-        "",
-        "| code | meaning |",
-        "|---|---|",
-    ]
-    return "\n".join([*head, *rows, ""])
-
-
-def _public(package: str, groups: list[dict[str, Any]]) -> str:
-    """The front door by what one does, from its docstrings."""
-    lines = [f"# Public names of `{package}`", ""]
-    for group in groups:
-        names = ", ".join(f"{{py:obj}}`{name} <{package}.{name}>`" for name in group["names"])
-        lines += [f"* {group['title']}: {names}"]
-    for group in groups:
-        lines += ["", f"## {group['title']}", "", group["says"], ""]
-        for name in group["names"]:
-            value = getattr(import_module(package), name)
-            directive = "autoclass" if isinstance(value, type) else "autofunction" if callable(value) else "autodata"
-            members = (
-                "\n:members:\n:inherited-members: BaseException, BaseModel, tuple, Calculator, Optimizer"
-                if directive == "autoclass"
-                else ""
-            )
-            text = f".. {directive}:: {package}.{name}{_indented(members)}"
-            lines += [f"### {name}", "", f"```{{eval-rst}}\n{text}\n```", ""]
-    return "\n".join(lines)
-
-
-def _indented(text: str) -> str:
-    return text.replace("\n", "\n   ")
-
 
 def _generate(_: object) -> None:
     folder = HERE / "reference"
     folder.mkdir(exist_ok=True)
-    pages = {name: markdown(model, title) for name, (model, title) in INPUTS.items()}
-    pages |= {"columns": _columns(), "exit-codes": _exit_codes(), "materials": table()}
-    pages |= {package: _public(package, groups) for package, groups in tomllib.loads(GROUPS.read_text()).items()}
-    for name, text in pages.items():
+    for name, text in pages().items():
         path = folder / f"{name}.md"
         if not path.exists() or path.read_text() != text:
             path.write_text(text)
 
 
 def _described(app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
-    """Set ``name : description`` as a name and its description: by itself Sphinx reads types there, and links words."""
+    """Set ``name : description`` as a name and its description: by itself Sphinx reads types there, and links words.
+
+    A paragraph after the list is no parameter: two empty lines end a section.
+    """
     rule = lines.index("Parameters") + 2 if "Parameters" in lines else len(lines)
     for i, line in enumerate(lines[rule:], rule):
         if i + 1 < len(lines) and lines[i + 1].startswith("---"):
             break  # the next section
         if found := re.fullmatch(r"(\w[\w, ]*) : (.*)", line):
             lines[i] = f"{found[1]}\n    {found[2]}"
+        elif line[:1].strip() and not lines[i - 1]:
+            lines[i] = f"\n{line}"
+            break
     lines[:] = "\n".join(lines).split("\n")
 
 
-def _inline(writer: HTML5Translator, node: nodes.math) -> None:
+_SHORTER = {
+    r"~?[\w.]*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]": "ArrayLike",
+    r"~?[\w.]*ndarray\[tuple\[~?[\w.]*Any, \.\.\.\], ~?[\w.]*dtype\[~?(?:numpy\.)?(\w+)\]\]": r"NDArray[\1]",
+}
+
+
+def _shortened(app: Sphinx, *_: object) -> None:
+    """Types of arrays by the names that the source has, in place of what these stand for."""
+    for hints in app.env.current_document.autodoc_annotations.values():
+        for argument, text in hints.items():
+            for long, short in _SHORTER.items():
+                text = re.sub(long, short, text)
+            hints[argument] = text
+
+
+def _sized(app: Sphinx, tree: nodes.document) -> None:
+    """A figure has the size in which it is printed, or that of the column where this is narrower."""
+    for image in tree.findall(nodes.image):
+        path = Path(app.srcdir, image["uri"])
+        if path.suffix == ".png" and path.is_file() and "width" not in image:
+            with Image.open(path) as picture:
+                dots = picture.info.get("dpi", (0, 0))[0]
+                if dots > 96:  # a picture of a screen says nothing, or 96
+                    image["width"] = f"{96 * picture.width / dots:.0f}px"
+
+
+def _mathml(text: str, display: str = "inline") -> str:
     """A formula as MathML: browsers set it by themselves, where scripts of elsewhere are not loaded, too."""
-    writer.body.append(convert(node.astext()))
+    return re.sub(r"<mi>(&#x0203[2-4];)</mi>", r'<mo class="prime">\1</mo>', convert(text, display=display))
+
+
+def _inline(writer: HTML5Translator, node: nodes.math) -> None:
+    writer.body.append(_mathml(node.astext()))
     raise nodes.SkipNode
 
 
 def _block(writer: HTML5Translator, node: nodes.math_block) -> None:
-    writer.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>\n')
+    writer.body.append(f'<div class="math">{_mathml(node.astext(), "block")}</div>\n')
     raise nodes.SkipNode
 
 
@@ -177,3 +129,5 @@ def setup(app: Sphinx) -> None:
     app.add_html_math_renderer("mathml", inline_renderers=(_inline, None), block_renderers=(_block, None))
     app.connect("builder-inited", _generate)
     app.connect("autodoc-process-docstring", _described, priority=400)
+    app.connect("object-description-transform", _shortened, priority=400)
+    app.connect("doctree-read", _sized)

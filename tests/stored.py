@@ -34,6 +34,15 @@ def opens_in_xarray(
                     assert found.dims == dataset.dims, name
                     np.testing.assert_array_equal(found.values, dataset.values, err_msg=name)
                     assert found.attrs.get("units", "") == dataset.units, name
+    describe_themselves(file)
+
+
+def describe_themselves(file: store.File) -> None:
+    """Every dataset says what it is, and every number its unit: "1", or in words where it is that of another one."""
+    assert file.datasets
+    for name, dataset in file.datasets.items():
+        assert dataset.long_name, name
+        assert dataset.units or dataset.values.dtype.kind == "U" or " in " in dataset.long_name, name
 
 
 def content(path: Path) -> dict[str, np.ndarray]:

@@ -12,6 +12,7 @@ import tomllib
 from collections import defaultdict
 from collections.abc import Mapping
 from functools import cache
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
@@ -34,7 +35,7 @@ from docs.studies.map_of_the_tutorial import HEAD, MAP, heights
 
 ROOT = Path(__file__).parent.parent
 PAGES = {path.relative_to(ROOT).as_posix(): path.read_text() for path in (ROOT / "docs").rglob("*.md")
-         if "reference" not in path.parts}  # fmt: skip
+         if (ROOT / "docs" / "reference") not in path.parents}  # fmt: skip
 PAGES["README.md"] = (ROOT / "README.md").read_text()
 
 
@@ -316,10 +317,22 @@ def test_the_map_of_the_tutorial_is_what_its_script_makes() -> None:
     np.testing.assert_allclose(np.loadtxt(MAP).T, heights(), rtol=0, atol=0.00501)
 
 
-def test_the_same_contact_in_three_codes(tmp_path: Path) -> None:
-    for peer in ("tamaas", "ContactMechanics"):
-        pytest.importorskip(peer, reason="needs the extra `bench`")
-    follow("docs/peers.md", Told({}, ("traction.npy",), may_warn=True), tmp_path)
+def test_the_same_job_here_and_in_other_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Our side of each job always, the other side where its code is installed, as in the extra `bench`."""
+    monkeypatch.chdir(tmp_path)
+    ours = 0
+    for code in (code for language, code in blocks("docs/peers.md") if language == "python"):
+        peers = set(re.findall(r"^(?:import|from) (tamaas|ContactMechanics|matscipy)\b", code, re.MULTILINE))
+        if not peers:
+            exec(code, {})
+            ours += 1
+        elif all(map(find_spec, peers)):
+            assert "continuum" not in code, "a code of others has a block of its own, so that ours always runs"
+            subprocess.run([sys.executable, "-c", code], check=True, timeout=600)
+    assert ours == 6
+    assert (tmp_path / "deck" / "in.contact").is_file()
+    headings = re.findall(r"^## (.*)$", PAGES["docs/peers.md"], re.MULTILINE)
+    assert {"USER-GFMD", "matscipy", "contact.engineering"} < set(headings)
 
 
 def test_the_gallery_is_ten_examples_of_one_screen_each() -> None:
@@ -342,3 +355,25 @@ def test_the_page_of_all_sweeps_shows_no_quantity_more_than_twice() -> None:
     names = [max((name for name in FIGURES if stem.endswith(f"-{name}")), key=len) for stem in stems]
     assert len(set(names)) > 8
     assert max(map(names.count, names)) <= 2
+
+
+def clicks(start: str) -> dict[str, int]:
+    """How many links in the text of pages lead from one to each other, at least; those in the margin do not count."""
+    found, reached = {start: 0}, [start]
+    for page in reached:
+        for target in re.findall(r"\]\(([\w./-]+\.md)", PAGES[page]):
+            there = os.path.relpath((ROOT / page).parent / target, ROOT)
+            if there in PAGES and there not in found:
+                found[there] = found[page] + 1
+                reached.append(there)
+    return found
+
+
+def test_what_a_physicist_asks_first_is_few_clicks_from_the_first_page() -> None:
+    """How to press his own map, what the program cannot do, and how well the paper is reproduced."""
+    found = clicks("docs/index.md")
+    for page in ("tutorials/map", "tutorials/validate", "tutorials/sweep", "limits", "trust", "paper"):
+        assert found[f"docs/{page}.md"] == 1, page
+    readme = clicks("README.md")
+    for page in ("tutorials/map", "limits", "paper", "trust", "cite"):
+        assert readme[f"docs/{page}.md"] <= 2, page

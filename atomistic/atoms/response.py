@@ -47,7 +47,7 @@ class SlabResponse:
     index : number of each atom that moves, shape (n1, n2, p): cells along either cell vector, and atoms of a column.
     factors : Cholesky factors of the waves, shape (n1, n2//2 + 1, band, 3p), as of ``scipy.linalg.cholesky_banded``.
     evaluations : number of evaluations of the forces of the small slab that it took.
-    cost : these, in evaluations of the whole slab.
+    cost : of these, relative to one evaluation of the whole slab.
     """
 
     index: NDArray[np.int64]

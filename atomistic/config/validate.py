@@ -30,11 +30,11 @@ class BoundTable(Table):
     """difference of lattice response and atoms that is bounded: "load" relative to N_rep, "gross_load" relative to
     N_rep + N_att, "displacement" (largest, in a0), areas relative to A0"""
     coefficient: Positive
-    """bound = coefficient x rms_slope^power"""
+    """bound = coefficient x rms_slope^power, in the unit of the quantity"""
     power: Annotated[float, Field(ge=0, le=4)] = 0.0
-    """0 for a bound that does not depend on the slope"""
+    """exponent of rms_slope: 0 for a bound that does not depend on it"""
     areas: tuple[Fraction, ...] = ()
-    """areas of the case for which it holds; all if left out"""
+    """areas of the case, as fractions of A0, for which it holds; all if left out"""
     reason: Annotated[str, Field(min_length=10)]
     """reason for the bound"""
 
@@ -66,7 +66,7 @@ class CaseTable(Table):
     lambda_L: Positive | None = None
     """roll-off wavelength of this case, in a0; that of [surface] if left out"""
     rms_slopes: _Slopes
-    """h'_rms of each run"""
+    """h'_rms, the rms slope, of each run"""
     areas: Annotated[tuple[Fraction, ...], Field(min_length=1)]
     """repulsive area fractions at which the rungs are compared"""
     branches: Annotated[tuple[Literal["approach", "retract"], ...], Field(min_length=1)] = ("approach",)

@@ -39,7 +39,7 @@ class PairStyle(BondlessPotential):
     coefficients : words of each ``pair_coeff``, "*" "*" among them.  Here and in the arguments, a word that is the name
         of one of the files, or a path that ends with it, stands for that file.
     contents : files by name.
-    others : symbols and masses of further elements, of an alloy.
+    others : symbols, and masses in u, of further elements of an alloy.
     many_body : whether atoms feel changes at their neighbours, so that forces reach twice the cut-off.
 
     Raises
@@ -153,6 +153,7 @@ class PairStyle(BondlessPotential):
         return f"{' '.join(self.elements)}, pair_style {self.style}{f', {files}' if files else ''}"
 
     def interactions(self) -> str:
+        """LAMMPS commands that define the forces."""
         lines = [
             ("pair_style     ", self.style, *self.arguments),
             *(("pair_coeff     ", *w) for w in self.coefficients),

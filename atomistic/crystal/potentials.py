@@ -102,7 +102,7 @@ class EmbeddedAtom(BondlessPotential):
     comment : comment lines of the file.
     name : of the file.
     content : of the file.
-    others : symbols and masses of further elements, of an alloy.
+    others : symbols, and masses in u, of further elements of an alloy.
 
     Raises
     ------
@@ -199,6 +199,7 @@ class EmbeddedAtom(BondlessPotential):
         )
 
     def interactions(self) -> str:
+        """LAMMPS commands that define the forces."""
         if self.style == "eam":
             return f"pair_style      eam\npair_coeff      1 1 {POTENTIAL}"
         return f"pair_style      {self.style}\npair_coeff      * * {POTENTIAL} {' '.join(self.elements)}"

@@ -13,7 +13,7 @@ import numpy as np
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, ValidatedState
-from atomistic.ladder.rungs import RUNGS, Difference, Rung, RungName, kinds_of
+from atomistic.ladder.rungs import RUNGS, Rung, RungName, kinds_of
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
 from continuum.files.provenance import journal, provenance
@@ -21,8 +21,16 @@ from continuum.files.store import Dataset, columns
 from continuum.files.tables import identity, resolved
 from continuum.model.walls import LennardJonesSpline
 
-UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0"}
-"""Unit of each column of differences."""
+_OF_DIFFERENCE: Mapping[str, tuple[str, str]] = {
+    "load": ("1", "load, over the repulsive load of the second"),
+    "gross_load": ("1", "load, over repulsion and attraction of the second"),
+    "area_rep": ("1", "A_rep/A0"),
+    "area_att": ("1", "A_att/A0"),
+    "displacement": ("a0", "largest of the displacement of a point"),
+    "pressure": ("1", "rms of the traction, over the rms traction of the second"),
+    "pixels": ("1", "points whose contact differs"),
+}
+"""Unit and description of each column of differences."""
 
 
 class Archive(NamedTuple):
@@ -68,11 +76,11 @@ def _differences(states: States) -> dict[str, Dataset]:
     return {
         f"{step}_{name}": _column(
             (getattr(s.differences[step], name) for _, s in states),
-            UNITS[name],
-            f"{pair[0]} against {pair[1]}: {name.replace('_', ' ')}",
+            units,
+            f"difference of {pair[0]} from {pair[1]}: {what}",
         )
         for step, pair in steps.items()
-        for name in Difference._fields
+        for name, (units, what) in _OF_DIFFERENCE.items()
     }
 
 

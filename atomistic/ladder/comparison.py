@@ -88,7 +88,7 @@ class ValidatedState:
     branch: str = quantity("", "branch of the loading path")
     load_ratio: float = quantity("1", "load of the half-space over that of the lattice response, at equal separation")
     """The error of ignoring the mean compliance."""
-    largest_force: float = quantity("E* a0²", "left on a mobile atom")
+    largest_force: float = quantity("E* a0^2", "largest force left on a mobile atom")
     evaluations: int = quantity("1", "force evaluations in LAMMPS")
 
 

@@ -85,6 +85,7 @@ class Round:
             raise ArgumentError("across", self.across, "at least one of x and y")
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
+        """Height and slopes above given points, in a0."""
         dx, dy = (
             counts * (v - length / 2 - length * np.rint((v - length / 2) / length))
             for v, length, counts in zip((x, y), self.period, self.across, strict=True)
@@ -95,6 +96,7 @@ class Round:
         return WallHeight(rise**2 / (2 * self.radius), slope * dx, slope * dy)
 
     def lines(self) -> list[str]:
+        """Lines of LAMMPS that define height and slopes by the position."""
         found = []
         for name, length, counts in zip("xy", self.period, self.across, strict=True):
             if counts:
@@ -147,6 +149,7 @@ class Waves:
                 count("waves", m, -(2**31))
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
+        """Height and slopes above given points, in a0."""
         height, slope_x, slope_y = np.full(np.shape(x), self.mean), np.zeros(np.shape(x)), np.zeros(np.shape(x))
         for amplitude, mx, my, phase in self.waves:
             qx, qy = 2 * np.pi * mx / self.period[0], 2 * np.pi * my / self.period[1]
@@ -157,6 +160,7 @@ class Waves:
         return WallHeight(height, slope_x, slope_y)
 
     def lines(self) -> list[str]:
+        """Lines of LAMMPS that define height and slopes by the position."""
         found, terms = [], {"height": [formatted(self.mean)], "slope_x": ["0.0"], "slope_y": ["0.0"]}
         for i, (amplitude, mx, my, phase) in enumerate(self.waves, 1):
             q = [2 * np.pi * m / length for m, length in zip((mx, my), self.period, strict=True)]

@@ -49,9 +49,9 @@ class DeckStep(Totals):
     temperature, and its standard errors are zero.
     """
 
-    separation: float = quantity("a0", "of the wall's zero from the surface at rest")
-    offset_x: float = quantity("a0", "of the wall along x")
-    offset_y: float = quantity("a0", "of the wall along y")
+    separation: float = quantity("a0", "height of the wall's zero above the surface at rest")
+    offset_x: float = quantity("a0", "way of the wall along x")
+    offset_y: float = quantity("a0", "way of the wall along y")
     mean_gap: float = quantity("a0", "mean gap")
     lateral_x: float = quantity("E*", "force of the wall on the atoms along x over A0")
     lateral_y: float = quantity("E*", "force of the wall on the atoms along y over A0")
@@ -76,7 +76,7 @@ class DeckStep(Totals):
     moved: float = quantity("a0", "largest distance of an atom from where it started; NaN if nobody looked")
     slipped: int = quantity("1", "atoms with other nearest neighbours than before")
     faulted: int = quantity("1", "atoms in stacking faults, hcp by common neighbour analysis; -1 if nobody looked")
-    status: str = quantity("", "what was found")
+    status: str = quantity("", "whether it is an equilibrium, or why not")
     direction: float = 0.0
     """Direction of sliding where it is no axis, from x to y, in degrees."""
 
@@ -426,7 +426,7 @@ class DeckSteps:
         kinds = np.array([contact_map(self.wall, gap) for gap in self.gaps], dtype=np.uint8)
         datasets["contact"] = Dataset(kinds, ("step", *axes), "1", "2 repulsive, 1 attracted, 0 out of range")
         datasets["slipped"] = Dataset(self.slips, ("step", *axes), "1", "atoms below each site with other neighbours")
-        datasets["height"] = Dataset(self.heights, ("x", "y"), "a0", "of the wall above each point of the grid")
+        datasets["height"] = Dataset(self.heights, ("x", "y"), "a0", "height of the wall at each point of the grid")
         if beside:
             datasets |= {f"continuum/{name}": column for name, column in columns(beside, "step").items()}
         real = self.description.real_units

@@ -5,6 +5,7 @@ Type, bounds, default and meaning of a key are those with which it is read.
 
 import json
 import math
+import re
 import textwrap
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -19,7 +20,15 @@ from continuum.tables import Table, explained, limits_of, tables_in
 
 _WIDTH = 100
 _BOUNDS: Mapping[str, str] = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-_NAMES = {float: "number", int: "whole number", str: "text", bool: "true or false", Path: "file"}
+_NAMES = {float: "number", int: "whole number", str: "text", bool: "true or false", Path: "file", dict: "table"}
+_PLURAL = re.compile(r"(^| or )(list|number|whole number|text|file|table)\b")
+_UNIT = re.compile(
+    r"\bin (the unit of [a-z ]*[a-z]|a0 \(m/\(E\* a0³\)\)\^\(1/2\)|\(E\* a0³/m\)\^\(1/2\)"
+    r"|E\*/a0|E\* over the spacing|E\* a0[²³]?|E\*|a0"
+    r"|Å|u\b|sigma|σ|radians|degrees|kelvin|seconds|GB|bytes|their units)"
+)
+_WITH_UNIT = re.compile(r"\bas \"?\d[\d.]*[a-zA-Zµ]")
+_PURE = re.compile(r"\b(relative to|fractions?|share|exponent|ratio|slopes?)\b")
 
 
 class Entry(NamedTuple):
@@ -27,6 +36,8 @@ class Entry(NamedTuple):
 
     name: str
     type: str
+    unit: str
+    """Unit as its description says it, "1" of a pure number; empty where the description says neither."""
     default: str
     """Default, as written in a file; empty if the key is required."""
     meaning: str
@@ -68,20 +79,35 @@ def _about(table: type[Table]) -> str:
 
 def _entry(name: str, field: FieldInfo) -> Entry:
     default = "" if field.is_required() else _toml(field.get_default(call_default_factory=True))
-    bounds = [f"{_BOUNDS[name]} {bound:g}" for name, bound in limits_of(field).items()]
-    kind = ", ".join([_words(field.annotation), *bounds])
-    return Entry(name, kind, default, " ".join((field.description or "").split()))
+    limits = limits_of(field)
+    if limits.get("ge", math.inf) <= limits.get("gt", -math.inf):
+        del limits["ge"]
+    bounds = [f"{_BOUNDS[name]} {bound:g}" for name, bound in limits.items()]
+    kind, meaning = ", ".join([_words(field.annotation), *bounds]), " ".join((field.description or "").split())
+    is_quantity = re.search(r"(?<!whole )number|text", kind) is not None
+    return Entry(name, kind, unit_said(meaning) if is_quantity else "", default, meaning)
+
+
+def unit_said(meaning: str) -> str:
+    """The unit that a description says, as "in a0"; "1" of what it calls relative, a fraction, a ratio or a slope.
+
+    All are named where there are several; "given with it" is that of an example, "as 10nm"; empty where it says none.
+    """
+    found = [unit.replace("the unit of", "that of") for unit in _UNIT.findall(meaning)]
+    found += ["given with it"] if _WITH_UNIT.search(meaning) else []
+    found += ["1"] if _PURE.search(meaning) else []
+    return " or ".join(dict.fromkeys(found))
 
 
 def _words(annotation: Any) -> str:
-    if annotation in _NAMES:
-        return _NAMES[annotation]
     origin, arguments = get_origin(annotation), get_args(annotation)
+    if (name := _NAMES.get(origin or annotation)) is not None:
+        return name
     if origin is Literal:
         return " or ".join(f'"{choice}"' if isinstance(choice, str) else str(choice) for choice in arguments)
     if origin is tuple:
         if arguments[-1] is Ellipsis:
-            return f"list of {_words(arguments[0])}s"
+            return "list of " + _PLURAL.sub(r"\1\2s", _words(arguments[0]))
         return f"{_words(arguments[0])}, or two of them in [brackets]"
     if hasattr(annotation, "__metadata__"):
         return _words(annotation.__origin__)
@@ -98,10 +124,10 @@ def markdown(model: type[Document], title: str) -> str:
     lines = [f"# {title}", "", _about(model), ""]
     for table in entries(model):
         head = f"## `{table.place}`" + (f" with `{table.kind}`" if table.kind else "") if table.place else "## No table"
-        lines += [head, "", table.meaning, "", "| key | type | default | meaning |", "|---|---|---|---|"]
+        lines += [head, "", table.meaning, "", "| key | meaning | unit | default | type |", "|---|---|---|---|---|"]
         for key in table.keys:
             default = f"`{key.default}`" if key.default else "*required*"
-            cells = (f"`{key.name}`", key.type, default, key.meaning)
+            cells = (f"`{key.name}`", key.meaning or "which kind it is", key.unit or "–", default, key.type)
             lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
         lines.append("")
     return "\n".join(lines)
@@ -123,7 +149,7 @@ def template(model: type[Document], example: str) -> str:
 
 
 def _commented(text: str) -> list[str]:
-    return textwrap.wrap(text, _WIDTH, initial_indent="# ", subsequent_indent="# ")
+    return textwrap.wrap(text.replace("``", "`"), _WIDTH, initial_indent="# ", subsequent_indent="# ")
 
 
 def _described(place: str, value: Any, field: FieldInfo) -> list[str]:

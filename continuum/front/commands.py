@@ -176,13 +176,22 @@ def threshold(
 def analyse(result: str | Path) -> Analysis:
     """Measure every point of a stored run, and compare with the paper.
 
+    Parameters
+    ----------
+    result : file of the run.
+
     Raises StoreError if the file is not a run, ArgumentError if it is not the name of a file.
     """
     return Result.read(file_name("result", result)).analyse()
 
 
 def plot(result: str | Path | Result | Analysis, folder: str | Path | None = None) -> list[Path]:
-    """Draw the figures of a stored run or of its analysis, beside it or into a folder; returns the PNG files.
+    """Draw the figures of a stored run or of its analysis; returns the PNG files.
+
+    Parameters
+    ----------
+    result : file of the run, or what was read from it.
+    folder : folder of the figures; that of the run if None.
 
     Raises StoreError if the file is not a run, ArgumentError if one of them is not the name of a file or folder.
     """

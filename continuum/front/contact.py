@@ -178,8 +178,9 @@ class Contact:
 
         Parameters
         ----------
-        area, mean_gap, separation, pressure : values of one of these, in the order in which they are visited.
-        event_resolution : width to which jumps are bracketed, in units of the control; None to leave them out.
+        area, mean_gap, separation, pressure : values of one of these, as fractions of A0, in a0 or in E*, in
+            the order in which they are visited.
+        event_resolution : width to which jumps are bracketed, in the unit of the control; None to leave them out.
             Without it, retraction in steps longer than a tenth of the range may lose contacts early.
         progress : called with each state as it is found.
         """
@@ -259,7 +260,8 @@ class Contact:
 
         Parameters
         ----------
-        wall, area : as for :meth:`find_threshold`; of the contact's own wall nothing is used.
+        wall : wall of each work, as for :meth:`find_threshold`; of the contact's own wall nothing is used.
+        area : repulsive area, as a fraction of A0.
 
         Examples
         --------

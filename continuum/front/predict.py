@@ -100,11 +100,11 @@ def predict(
         or arrays of heights, shape (nx, ny), positive out of the body.  Masked points of an array are missing; an array
         of one row or column is a line scan, one of two or three columns has positions and heights.  Or one input (TOML)
         with the tables [topography] and [interface]: other arguments overrule its keys.
-    size, unit, dataset, part, join, periodic, override_size, detrend, fill, void, crop, cutoff, tip, smallest : see
-        :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  For two maps give one text for
-        both, or one for each, where ``"-"`` leaves it to the file.
-    material, modulus, poisson, contact_modulus, work, range, spacing, probe, coating : see
-        :class:`continuum.sticky.tables.InterfaceTable`.
+    size, unit, dataset, part, join, periodic, override_size, detrend, fill, void, crop, cutoff, tip, smallest : as the
+        keys of ``[topography]`` in an input, in their units; an array needs size and unit.  For two maps give one text
+        for both, or one for each, where ``"-"`` leaves it to the file.
+    material, modulus, poisson, contact_modulus, work, range, spacing, probe, coating : as the keys of ``[interface]``
+        in an input, in their units.
     solve : whether to search for the threshold with adhesion, after the state without adhesion that estimates it.  By
         default only where that does not decide, and about a minute is expected to do; False never does.
     threads : threads of the solver.

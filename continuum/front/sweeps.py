@@ -268,7 +268,7 @@ def sweep_slurm(
     time : time of the allocation, as SLURM writes it.
     workers : processes on each node.
     threads : threads of the solver of each system.
-    memory : bytes that each process may use; what the largest system needs if None.
+    memory : memory that each process may use, in bytes; what the largest system needs if None.
     device : device of the solver, instead of ``[solver] device`` of the input; with cuda each process uses one GPU.
     shards : number of jobs of a job array, instead of one cluster.
     partition : SLURM partition.

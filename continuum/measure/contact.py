@@ -49,7 +49,7 @@ class Equilibrium(Totals):
 
     control: str = quantity("", "what is given")
     """Quantity that is given."""
-    target: float = quantity("", "its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)")
+    target: float = quantity("", "value of what is given: in a0, in E* (mean pressure), or a fraction of A0 (area)")
     """Its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)."""
     branch: str = quantity("", "direction from which the point was reached")
     """Direction from which it was reached: start, approach or retract."""

@@ -41,7 +41,13 @@ def _moments(grid: Grid, power_q: Real) -> Moments:
 
 
 def moments(grid: Grid, heights: Real) -> Moments:
-    """Spectral moments of given heights; the mean height does not count."""
+    """Spectral moments of given heights; the mean height does not count.
+
+    Parameters
+    ----------
+    grid : points of the surface.
+    heights : shape ``grid.shape``, in a0.
+    """
     heights = field("heights", heights, instance("grid", grid, Grid).shape)
     with np.errstate(over="ignore", invalid="ignore"):
         power_q = np.abs(grid.forward(heights)) ** 2
@@ -163,7 +169,7 @@ class SelfAffine(SelfAffineSpectrum):
     """
 
     rms_slope: Slope
-    """target of h'rms"""
+    """target of h'rms, the rms slope"""
     rescale: bool = True
     """whether the realisation is scaled to exactly that rms slope, or scatters about it"""
 

@@ -30,7 +30,7 @@ class SelfAffineSurface(SelfAffineSpectrum, kind="self-affine"):
     seed: Seed
     """seed of the random numbers"""
     rms_slope: Slope | None = None
-    """h'rms; instead of rms_height"""
+    """h'rms, the rms slope; instead of rms_height"""
     rms_height: Positive | None = None
     """h_rms, in a0; instead of rms_slope"""
     rescale: bool = True
@@ -117,6 +117,7 @@ def sine(grid: Grid, amplitude: float, waves: tuple[int, int]) -> Real:
 
     Parameters
     ----------
+    grid : points of the surface.
     amplitude : half the height from valley to crest, in a0.
     waves : number of waves per period along x and y, whole numbers, at most half the points; negative for the other
         diagonal.
@@ -154,7 +155,13 @@ class SphereSurface(Surface, kind="sphere"):
 
 
 def sphere(grid: Grid, radius: float) -> Real:
-    """The lower side of a paraboloid of the given radius (in a0) that touches at the centre of the period."""
+    """The lower side of a paraboloid that touches at the centre of the period.
+
+    Parameters
+    ----------
+    grid : points of the surface.
+    radius : radius of curvature at its lowest point, in a0.
+    """
     return SphereSurface(radius).build(instance("grid", grid, Grid))
 
 

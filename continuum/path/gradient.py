@@ -398,7 +398,8 @@ def noise_error(grid: Grid, gradient: Real, rms: float, correlation_length: floa
     Parameters
     ----------
     grid : the points of the surface.
-    gradient : g, the derivative of the number by the height of every point, shape ``grid.shape``, per a0.
+    gradient : g, the derivative of the number by the height of every point, shape ``grid.shape``, in the unit of
+        the number per a0.
     rms : σ, the root mean square of the noise, in a0.
     correlation_length : ξ of noise whose correlation over a distance r is exp(-r²/ξ²), in a0, at most half
         of the shorter period; 0 for independent points.

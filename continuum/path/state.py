@@ -51,7 +51,7 @@ class Search(Description):
     """width in mean gap to which a jump of the area over its target is bracketed, in a0; a thousandth of the rms height
     if not given"""
     event_resolution: Annotated[Positive, InInputs(ge=1e-9)] | None = None
-    """width to which jumps between points are bracketed, in units of the control; jumps are not bracketed if not
+    """width to which jumps between points are bracketed, in the unit of the control; jumps are not bracketed if not
     given"""
     event_threshold: Fraction = 0.01
     """smallest jump to report, as a fraction of A0: in repulsive area, in contact area, or in attractive load over the

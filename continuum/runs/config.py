@@ -134,7 +134,8 @@ class RetractionTable(Table):
     control: Control
     """what is given at each point of the way back"""
     targets: _Targets
-    """its values, a list or a range: separation and mean gap increasing, mean pressure and repulsive area decreasing"""
+    """its values, in the unit of the control, a list or a range: separation and mean gap increasing, mean pressure and
+    repulsive area decreasing"""
 
     @constraint
     def _retracting(self) -> Iterator[Fault]:

@@ -28,15 +28,15 @@ _OF_WORK: Mapping[str, tuple[type, str, str]] = {
     "journal/fft_seconds": (float, "s", "wall time in Fourier transforms"),
 }
 """Datasets of the work on each grid: type, unit and description."""
-_UNITS = {one.name: one.metadata["units"] for one in dataclasses.fields(Equilibrium)}
-_SIDES = {name: _UNITS.get(name, "") for name in JumpSide._fields}
+_NUMBERS = {one.name: (one.metadata["units"], one.metadata["long_name"]) for one in dataclasses.fields(Equilibrium)}
+_SIDES = {name: _NUMBERS.get(name, ("", "value of the control, in its unit")) for name in JumpSide._fields}
 _OF_EVENT: Mapping[str, tuple[type, str, str]] = {
     "events/step": (int, "1", "point on the way to which it was met"),
     **{f"events/{name}": (str, "", f"{name} of the jump") for name in ("kind", "control", "branch")},
     **{
-        f"events/{name}_{when}": (float, units, f"{name} {when} the jump")
+        f"events/{name}_{when}": (float, units, f"{what}; {when} the jump")
         for when in ("before", "after")
-        for name, units in _SIDES.items()
+        for name, (units, what) in _SIDES.items()
     },
 }
 """Datasets of the jumps, in the order of the fields of an event and of its sides."""
@@ -170,11 +170,13 @@ class Record:
         if restart and self.good:
             for name in _OF_STATE:
                 values = np.array([getattr(state, name) for state in self.good])
-                datasets[f"restart/{name}"] = Dataset(values, ("restart_point",), "", f"{name} of the states")
+                units, what = _NUMBERS[name]
+                datasets[f"restart/{name}"] = Dataset(values, ("restart_point",), units, f"of the states: {what}")
             values = np.array([state.solution.residual for state in self.good])
             datasets["restart/residual"] = Dataset(values, ("restart_point",), "E*", "residual of the states")
             values = np.array([[*shared(Totals, state).values()] for state in self.good])
-            datasets["restart/contact"] = Dataset(values, ("restart_point", "restart_number"), "", ", ".join(_TOTALS))
+            what = f"of the states, in their units: {', '.join(_TOTALS)}"
+            datasets["restart/contact"] = Dataset(values, ("restart_point", "restart_number"), "", what)
             gap = np.maximum(self.good[-1].gap, 0.0) if "imprint" in datasets else self.good[-1].gap
             datasets["restart/gap"] = Dataset(gap, ("x", "y"), "a0", "gap of the last of these, the start of the next")
         return datasets

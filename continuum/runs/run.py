@@ -158,8 +158,8 @@ def _write(system: RunSetup, path: Path, key: str, resumed: int, added: Mapping[
     x, y = grid.positions
     kept = grid.size <= 1024**2 if config.output.last_state is None else config.output.last_state
     datasets = {
-        "x": Dataset(x[:, 0], ("x",), "a0", "position"),
-        "y": Dataset(y[0], ("y",), "a0", "position"),
+        "x": Dataset(x[:, 0], ("x",), "a0", "position along x"),
+        "y": Dataset(y[0], ("y",), "a0", "position along y"),
         **record.datasets(restart=not finished or kept),
     }
     for name, values in system.problem.wall.knots.items():

@@ -49,8 +49,8 @@ class TopographyTable(Table):
     maps: Annotated[tuple[InputFile, ...], WrapValidator(_several), Field(min_length=1)]
     """Files of the maps; two for two rough bodies, several for one surface with join."""
     size: Texts = ()
-    """Physical size LX or LX,LY; x is along a line of text, and along the first index of an array; one length means
-    square pixels.  Only if the file does not have it; give it twice for two files."""
+    """Physical size LX or LX,LY, as 10um; x is along a line of text, and along the first index of an array; one length
+    means square pixels.  Only if the file does not have it; give it twice for two files."""
     unit: Texts = ()
     """Unit of the heights, or UNIT,UNIT of positions and heights if a file has columns of both.  Only if the file does
     not have it."""
@@ -72,15 +72,16 @@ class TopographyTable(Table):
     """Fill missing points, scars and outliers, up to this share of all points, as 5% (default: missing points only, up
     to 1%)."""
     void: Annotated[tuple[str | float, ...], WrapValidator(_several)] = ()
-    """Number in the file that stands for a missing height, as 99999; may be repeated.  "nan" if none does."""
+    """Number that stands for a missing height, in the unit of the file, as 99999; may be repeated.  "nan" if none
+    does."""
     crop: str | None = None
     """Part of the map to use, X0,X1,Y0,Y1, as 1um,9um,0,8um."""
     cutoff: Length | None = None
-    """Use only waves longer than this length."""
+    """Use only waves longer than this length, as 100nm."""
     tip: Length | None = None
     """Radius of the tip that measured the maps, as 10nm: waves too short for it count as not measured."""
     smallest: Length | None = None
-    """Wavelength to which the spectrum is continued below the measured ones (default: two atoms)."""
+    """Wavelength, as 1nm, to which the spectrum is continued below the measured ones (default: two atoms)."""
 
 
 class InterfaceTable(Table):
@@ -90,20 +91,20 @@ class InterfaceTable(Table):
     """Name of a material with cited values (continuum/sticky/materials.toml).  Given once the other body is rigid,
     given twice both are elastic."""
     modulus: Annotated[tuple[Pressure, ...], WrapValidator(_several)] = ()
-    """Young's modulus of a body; twice for two."""
+    """Young's modulus of a body, as 70GPa; twice for two."""
     poisson: Annotated[tuple[str | float, ...], WrapValidator(_several)] = ()
     """Poisson's ratio of a body; twice for two."""
     contact_modulus: Pressure | None = None
-    """Contact modulus E* = E/(1 - nu^2), instead of modulus and Poisson's ratio."""
+    """Contact modulus E* = E/(1 - nu^2), as 80GPa, instead of modulus and poisson."""
     work: Annotated[str, _quantity("energy_per_area", '"50mJ/m2"')] | None = None
-    """Work of adhesion w."""
+    """Work of adhesion w, as 50mJ/m2."""
     range: Length | None = None
-    """Range of the attraction (for a law without cut-off, its effective range)."""
+    """Range of the attraction, as 0.5nm (for a law without cut-off, its effective range)."""
     coating: str | None = None
     """Coating of the one elastic body: thickness, Young's modulus and Poisson's ratio, as 50nm:200GPa:0.2.  Only the
     solver can then decide, as the theories have one modulus."""
     spacing: Length | None = None
-    """Spacing a0 of the atoms, for the necessary condition on crystals."""
+    """Spacing a0 of the atoms, as 0.25nm, for the necessary condition on crystals."""
     probe: Annotated[str, _quantity("length", '"10um"')] | None = None
     """Radius of a sphere that is pulled off the surface, as 10um; bounds of its pull-off force are printed."""
 

@@ -208,7 +208,9 @@ def label_of(settings: Mapping[str, Any]) -> str:
     return ", ".join(named) or "the one system"
 
 
-class _Sweeps(Document):
+class SweepInput(Document):
+    """Beside the tables of a run, an input of a sweep has a table [sweep]."""
+
     sweep: SweepTable
 
 
@@ -279,7 +281,7 @@ class Sweep:
         if columns and isinstance(listed := table.get("columns", {}), Mapping):
             table = {**table, "columns": {**listed, **dict.fromkeys(columns, OF_PYTHON)}}
         source = replace(source, data={**data, "sweep": table})
-        found = parsed(replace(source, data={"sweep": table}), _Sweeps).sweep
+        found = parsed(replace(source, data={"sweep": table}), SweepInput).sweep
         axes, bisection = found.all_axes, found.bisection
         on_axes = [*(key for axis in axes for key in axis.keys), *([bisection.key] if bisection else [])]
         for key, axis in itertools.product(plain, on_axes):

@@ -3,8 +3,8 @@ Which heights decide, and a change of them
 ==========================================
 
 The threshold of a surface has a derivative by the height of every point, for two linear solves. It tells where a tool
-2 $a_0$ wide lowers the threshold most by taking off 0.1 $a_0$: on what touches (outlined), as that holds the surface
-up. By the derivative a fifth is taken from the threshold; a search says by how much it fell.
+2 a0 wide lowers the threshold most by taking off 0.1 a0: on what touches (outlined), as that holds the surface up. By
+the derivative a fifth is taken from the threshold; a search says by how much it fell.
 """
 
 import numpy as np

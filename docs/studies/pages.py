@@ -179,16 +179,43 @@ def _sections(page: str, heading: str) -> dict[str, list[list[str]]]:
     }
 
 
+_CRYSTALS = ("springs", "lennard-jones", "copper", "aluminium", "nickel")
+
+
 def _budget() -> str:
     """Parts of the load without adhesion at the largest slope, of each crystal, from the budgets in full."""
     found = _sections("budgets.md", r"^## `inputs/validate/([\w-]+)\.toml`$")
     columns = ("depth", "anisotropy", "discreteness", "nonlinearity", "total")
     lines = [f"| crystal | {' | '.join(columns)} |", "|---|---|---|---|---|---|"]
-    for name in ("springs", "lennard-jones", "copper", "aluminium", "nickel"):
+    for name in _CRYSTALS:
         head, _, *rows = found[name]
         (row,) = (row for row in rows if row[:3] == ["nonadhesive", "8", "0.1"])
         lines.append(f"| {name} | {' | '.join(row[head.index(column)] for column in columns)} |")
     return "\n".join(lines)
+
+
+def _totals(*cases: tuple[str, str, str]) -> str:
+    """Least and largest difference of the load between half-space and atoms, by input, case and slope."""
+    found = _sections("budgets.md", r"^## `inputs/validate/([\w-]+)\.toml`$")
+    totals = [
+        float(row[found[name][0].index("total")].removesuffix(" %"))
+        for name, *case in cases
+        for row in found[name]
+        if [row[0], row[2]] == case
+    ]
+    return f"{min(totals):.0f} to {max(totals):.0f} %"
+
+
+def _verdicts() -> tuple[int, int]:
+    """Verdicts on classes of surfaces: how many, and how many of them wrong."""
+    said = [row.said(factor) for row in classes.read() for factor in classes.FACTORS if np.isfinite(row.work)]
+    return len(said), said.count("wrong")
+
+
+def _border() -> str:
+    """1/κ_att by theory of the thresholds on surfaces of many slopes, a geometric mean."""
+    rows = _stored("paper-slope-figure4.csv")
+    return f"{np.exp(np.log(rows[rows.threshold]['1/kappa_att theory']).mean()):.2f}"
 
 
 _CLAIMS = {
@@ -272,6 +299,14 @@ MADE: dict[str, Callable[[], str]] = {
     "paper.missed": _missed,
     "claims.power": lambda: _power("figure2-4096"),
     "claims.power-1024": lambda: _power("figure4-1024"),
+    "budget.half-space": lambda: _totals(*((name, "nonadhesive", "0.1") for name in _CRYSTALS)),
+    "budget.strong": lambda: _totals(("springs", "strong-adhesion", "0.05"), ("lennard-jones", "jump-in", "0.1")),
+    "classes.count": lambda: str(_verdicts()[0]),
+    "classes.wrong": lambda: str(_verdicts()[1] or "none"),
+    "slope.border": _border,
+    "paper.decades": lambda: _claim("figure2-4096", _CLAIMS["constant-diameter"][0], r"; ([\d.]+) decades"),
+    "paper.lambda-L": lambda: _claim("bandwidth", "kappa does not depend on lambda_L", r"at most ([\d.]+)"),
+    "claims.necessary-own": lambda: claims.necessary(claims.points("figure2-4096")),
     "claims.necessary": lambda: claims.necessary(claims.points("figure4-1024")),
     "claims.apart": lambda: _tensions(0),
     "claims.ranks": lambda: _tensions(1),

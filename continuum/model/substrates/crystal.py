@@ -21,7 +21,7 @@ OTHER_MEAN = 1.5
 class CubicLayer(PeriodicResponse, kind="crystal"):
     """Cubic crystal with a (100) surface, a half-space or a layer bonded to a rigid base.
 
-    In Python its constants are one argument: ``CubicLayer(depth, (c11, c12, c44), mean)``.
+    In Python its constants, in E*, are one argument: ``CubicLayer(depth, (c11, c12, c44), mean)``.
     :attr:`compressive_stiffness` is the mean mode of the layer itself.
     """
 

@@ -66,9 +66,9 @@ class LayeredHalfSpace(PeriodicResponse, kind="layered-half-space"):
     }
 
     layers: Annotated[tuple[Film, ...], Field(max_length=MOST_LAYERS)]
-    """from the surface down: {thickness, contact_modulus, poisson} of each"""
+    """from the surface down: {thickness, contact_modulus, poisson} of each, in a0 and E*"""
     base: Base
-    """half-space below: {contact_modulus, poisson}"""
+    """half-space below: {contact_modulus, poisson}, in E*"""
     mean: MeanMode
     """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
 
