@@ -10,7 +10,7 @@ import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from continuum.measure.certificate import NO_TRACTION, Check, Examination, check_state
+from continuum.measure.certificate import NO_TRACTION, Check, Examination, check_state, minimum
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
@@ -48,6 +48,8 @@ def test_numbers_of_any_gap_are_those_of_the_problem(substrate: Substrate, seed:
         del expected["separation"]
     values = {name: value.value for name, value in found.numbers.items() if name != "lowest_eigenvalue"}
     assert values == pytest.approx(expected, rel=1e-9, abs=1e-11)
+    # Of gaps in single precision, and a spring of 0.07.
+    assert max(value.error for name, value in found.numbers.items() if name != "lowest_eigenvalue") < 1e-5
     assert found.rounding == 0.0
     repulsive = gap < LAW.zero_gap
     np.testing.assert_array_equal(found.maps["repulsive"][0], repulsive)
@@ -75,6 +77,8 @@ def test_rounding_to_single_precision_is_bounded_and_not_by_far(seed: int) -> No
             assert abs(value - before.numbers[name].value) <= error, name
     # Half of a unit in the last of 24 digits.
     assert after.numbers["mean_gap"].error == pytest.approx(2**-24 * np.abs(gap).mean(), rel=1e-4)
+    steep = np.abs(problem.wall.evaluate(gap).stiffness * gap).mean()
+    assert after.numbers["load"].error == pytest.approx(2**-24 * steep, rel=0.05)
     assert after.numbers["smallest_gap"].error == pytest.approx(
         2**-24 * np.abs(gap).max(where=gap == gap.min(), initial=0)
     )
@@ -101,6 +105,19 @@ def test_the_lowest_eigenvalue_is_that_of_dense_algebra(substrate: Substrate, me
         hessian = rest @ hessian @ rest + 1e3 * flat
     exact = scipy.linalg.eigvalsh((hessian + hessian.T) / 2)[0]
     assert abs(found.value - exact) <= found.error < 1e-2
+
+
+def test_beside_a_window_no_wall_softens() -> None:
+    """Where the core pushes everywhere, no displacement within or around the window lowers the energy."""
+    problem, gap = at(NonPeriodicHalfSpace(), 7)
+    found = check_state(problem, -np.abs(gap), rounded=False, mean_stiffness=None).lowest
+    assert found is not None
+    assert found.value > 0
+
+
+@pytest.mark.parametrize(("lowest", "sound"), [(-1e-3, False), (0.0, True), (1e-3, True), (np.nan, False)])
+def test_a_minimum_has_no_negative_eigenvalue(lowest: float, sound: bool) -> None:
+    assert minimum(lowest).ok == sound
 
 
 def under_a_bound(
