@@ -198,11 +198,12 @@ class Deck:
             raise ArgumentError("notes", self.notes, "a tuple of texts")
         instance("source", self.source, str)
         protocol = self.protocol
+        if protocol is not None:
+            instance("protocol", protocol, Protocol, "Separations, MeanPressures or Motion")
         if len(self.starts) > (1 if protocol is None else protocol.steps if protocol.included == "in.relax" else 0):
             raise ArgumentError("starts", self.starts, "one for each step at rest, at most")
         if protocol is None:
             return
-        instance("protocol", protocol, Protocol, "Separations, MeanPressures or Motion")
         if self.separation != protocol.separations[0]:
             raise ArgumentError("separation", self.separation, f"that of the first step, {protocol.separations[0]}")
         if misfit := protocol.misfit(self.slab.mobile, stays=self.shape is None):

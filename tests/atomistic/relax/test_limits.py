@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +16,8 @@ from scipy.constants import atomic_mass, k
 import atomistic as a
 import continuum as c
 from atomistic.cli import main
-from atomistic.config.crystal import Interatomic
 from atomistic.config.deck import DeckConfig
 from atomistic.config.motion import FASTEST, HOTTEST
-from atomistic.crystal.model import Model
 from atomistic.relax.limits import FARTHEST
 from atomistic.response.material import model_of
 from continuum.errors import InputError
@@ -171,11 +168,6 @@ NUMBERS = st.one_of(
 )  # fmt: skip
 
 
-@cache
-def measured(kind: str) -> Model:
-    return model_of(Interatomic.kinds[kind].model_validate(CRYSTALS[kind], context={}).potential())
-
-
 def places(tables: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
     """Tables and their keys, also those that the input leaves at their defaults, but for kinds and files."""
     found = []
@@ -194,13 +186,12 @@ def places(tables: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
 def test_any_number_in_an_input_gives_a_deck_or_one_message(
     monkeypatch, crystal, surface, wall, protocol, which, number
 ):
-    """The crystals are measured once, and what is sound is not solved."""
+    """What is sound is not solved."""
 
     def accept(*_: object) -> None:
         raise Accepted
 
     monkeypatch.setattr("atomistic.relax.decks.Specimen.of_slab", accept)
-    monkeypatch.setattr("atomistic.relax.decks.model_of", lambda _: measured(crystal))
     tables: dict[str, dict[str, Any]] = {
         "interatomic": dict(CRYSTALS[crystal]), "slab": {"n": 12, "depth": 6.0}, "surface": dict(surface),
         "wall": dict(wall), "protocol": dict(protocol), "solver": {"tolerance": 1e-9, "force_tolerance": 1e-8},

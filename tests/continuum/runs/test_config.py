@@ -43,7 +43,7 @@ def faults(path: Path) -> str:
         ("n = [24, 30]", "n = [24, 1]", 3, "grid.n = [24, 1]", "from 2"),
         ("n = [24, 30]", "n = [0, 30]", 3, "grid.n = [0, 30]", "from 2"),
         ("hurst = 0.8", "hurst = 1.2", 8, "surface.hurst = 1.2", "less than 1"),
-        ("adhesion_length = 0.005", "range = 3.5", 16, "wall.range = 3.5", "at most 3 a0"),
+        ("adhesion_length = 0.005", "range = 3.5", 16, "wall.range = 3.5", "at most 3 in an input"),
         ("adhesion_length = 0.005", "adhesion_length = 1", 16, "wall.adhesion_length = 1", "0.375"),
         ("adhesion_length = 0.005", "adhesion_length = 0.1\nrange = 0.1", 16, "adhesion_length", "exactly one"),
         ("adhesion_length = 0.005", "", 14, "wall.adhesion_length", "exactly one"),
