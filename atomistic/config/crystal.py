@@ -96,8 +96,9 @@ def _potential_file(value: object, info: ValidationInfo) -> Path:
 
 def _with_named(files: tuple[Path, ...], info: ValidationInfo) -> tuple[Path, ...]:
     """The files, and those whose names are words of the other keys."""
-    lines = [info.data.get("arguments", ()), *info.data.get("coefficients", ())]
-    for word in dict.fromkeys(word for line in lines for word in line if word != info.data.get("element")):
+    keys = info.data or {}  # of files alone, as where a value is asked for by itself, no other key is known
+    lines = [keys.get("arguments", ()), *keys.get("coefficients", ())]
+    for word in dict.fromkeys(word for line in lines for word in line if word != keys.get("element")):
         try:
             found = _potential_file(word, info)
         except PydanticCustomError:  # most words are none
