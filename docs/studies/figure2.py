@@ -9,11 +9,21 @@ import sys
 from collections.abc import Iterator
 
 import numpy as np
-from pandas import read_csv
+from pandas import DataFrame, Series, read_csv
 
+from docs.studies.finite_size import verdict
 from docs.studies.judgement import MEASURED
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
+OFF = 0.3
+"""How far, in its logarithm, an area may be from the one that was asked for."""
+
+
+def _spread(values: Series) -> str:
+    """Mean and standard deviation over surfaces."""
+    if values.empty:
+        return "-"
+    return f"{values.mean():.3f}" + (f" ± {values.std():.3f}" if len(values) > 1 else "")
 
 
 def lines() -> Iterator[str]:
@@ -39,5 +49,87 @@ def lines() -> Iterator[str]:
         yield f"| {' | '.join(cells)} |"
 
 
+AREAS = (0.01, 0.02, 0.045, 0.095, 0.14)
+"""Areas that the paths to 14 % and back were to meet, over A0."""
+
+
+def cycles() -> DataFrame:
+    """A point for each surface, length, way and area of the paths to 14 % and back."""
+    points = read_csv(MEASURED / "figure2-4096-cycles.csv")
+    off = np.abs(np.log(points.area_rep.to_numpy()[:, None] / np.array(AREAS)))
+    points = points.assign(
+        target=np.array(AREAS)[off.argmin(axis=1)], off=off.min(axis=1), tension=-points.load / points.rms_slope,
+        ratio=points.area_rep / points.area_att / points.expected_ratio, inverse=1 / points.kappa,
+    )  # fmt: skip
+    nearest = points.sort_values("off").drop_duplicates(["length", "seed", "approach", "target"])
+    return nearest[nearest.off < OFF]
+
+
+def returns() -> Iterator[str]:
+    """1/κ there and back at each area, means over surfaces."""
+    rows = cycles()
+    yield "| l_a | area | surfaces | 1/κ there | 1/κ back | A_rep/A_att over Eq. (4) there | d_rep h''/(4h') there |"
+    yield "|---|---|---|---|---|---|---|"
+    for (length, target), part in rows.groupby(["length", "target"]):
+        there, back = part[part.approach], part[~part.approach]
+        yield (
+            f"| {length:g} | {100 * target:g} % | {there.seed.nunique()} | {_spread(there.inverse)} "
+            f"| {_spread(back.inverse)} | {_spread(there.ratio[there.area_att > 0])} "
+            f"| {_spread(there.diameter_ratio)} |"
+        )
+
+
+def judged() -> Iterator[str]:
+    """What became of the statements of the paths to 14 % and back."""
+    rows = cycles()
+
+    def at(length: float, target: float, column: str, *, approach: bool = True) -> np.ndarray:
+        part = rows[(rows.length == length) & (rows.target == target) & (rows.approach == approach)]
+        return part.sort_values("seed")[column].to_numpy()
+
+    def said(values: np.ndarray, expected: float, bound: float) -> str:
+        if len(values) == 0:
+            return "**not tested**"
+        return f"{values.mean():.3g} for {expected} ± {bound}, **{verdict(values, expected, bound)}**"
+
+    strong = 0.05
+    there, back = at(strong, 0.01, "inverse"), at(strong, 0.01, "inverse", approach=False)
+    more = int((back < there).sum())
+    yield (
+        f"* 8: at 1 % {more} of {len(back)} surfaces pull more on the way back than on approach, "
+        f"**{'held' if more == len(back) else 'refuted'}**; the mean of 1/κ there is {said(back, -0.15, 0.15)}."
+    )
+    yield (
+        f"* 10: κ_rep is {said(at(0.0, 0.045, 'kappa'), 2.22, 0.06)}, at 4.5 %, and "
+        f"{said(at(0.0, 0.14, 'kappa'), 2.15, 0.05)}, at 14 %."
+    )
+    yield (
+        f"* 11: d_rep over 4h'/h'' is {said(at(0.0, 0.045, 'diameter_ratio'), 1.0, 0.06)}, at 4.5 %, and "
+        f"{said(at(0.0, 0.14, 'diameter_ratio'), 1.12, 0.06)}, at 14 %."
+    )
+    yield (
+        f"* 12: A_rep/A_att over Eq. (4) is {said(at(0.005, 0.045, 'ratio'), 1.08, 0.08)}, at 4.5 %, and "
+        f"{said(at(0.005, 0.14, 'ratio'), 1.22, 0.08)}, at 14 %."
+    )
+    changes = [
+        np.abs(at(0.0, target, "inverse") - at(0.0, target, "inverse", approach=False)) for target in AREAS[:3:2]
+    ]
+    change = float(np.concatenate(changes).max(initial=0.0))
+    bare = f"changes by {change:.4f} at most, **{'held' if change <= 0.005 else 'refuted'}**"
+    if not changes[0].size:
+        bare = "is **not tested**"
+    less = at(0.005, 0.01, "inverse") - at(0.005, 0.01, "inverse", approach=False)
+    yield (f"* 13: without adhesion 1/κ {bare}; at 0.005 it is less by {said(less, 0.02, 0.02)}, at 1 %.")
+    largest = rows[rows.length == strong].sort_values("tension").groupby("seed").tail(1).sort_values("seed")
+    as_said = (~largest.approach & largest.area_rep.between(0.03, 0.14)).all()
+    inside = largest.tension.between(0.005, 0.035).all()
+    where = "; ".join(
+        f"{-row.tension:.4f} at {100 * row.area_rep:.1f} % {'there' if row.approach else 'back'}"
+        for row in largest.itertuples()
+    )
+    held = "held" if as_said and inside else "refuted"
+    yield f"* 14: from 1 % on the smallest loads, in h' E* A0, are {where}: **{held}**."
+
+
 if __name__ == "__main__":
-    sys.stdout.write("\n".join(lines()) + "\n")
+    sys.stdout.write("\n".join([*lines(), "", *returns(), "", *judged()]) + "\n")

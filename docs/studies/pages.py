@@ -255,6 +255,8 @@ MADE: dict[str, Callable[[], str]] = {
     "bandwidth": lambda: bandwidth.found(bandwidth.stored()),
     "patches": lambda: "\n".join(patches.lines(patches.stored())),
     "figure2": lambda: "\n".join(figure2.lines()),
+    "figure2.returns": lambda: "\n".join(figure2.returns()),
+    "figure2.judged": lambda: "\n".join(figure2.judged()),
     "stiffness": lambda: "\n".join(stiffness.lines()),
     "finite_size": lambda: "\n".join(finite_size.lines()),
     "finite_size.judged": lambda: "\n".join(finite_size.judged()),
