@@ -34,6 +34,8 @@ def test_all_that_is_made_is_shown_and_marks_are_closed() -> None:
     assert shown == set(pages.MADE)
     for page, text in TEXTS.items():
         assert text.count("<!--made:") == text.count("<!--end-->") == len(pages.marked(text)), page
+        # A comment at the beginning of a line ends the paragraph.
+        assert not re.search(r"^<!--made:[^>]*-->.*<!--end-->", text, re.MULTILINE), page
 
 
 def test_a_number_and_a_table_that_say_something_else_are_made_anew() -> None:
