@@ -33,11 +33,11 @@ long: .venv/installed-dev
 	$(BIN)/python -m pytest -rs tests/atomistic/lammps/test_viewers.py
 	$(BIN)/python -m pytest -rs -m long
 
-# The short tests with other random arguments each time, and ten times as many.
+# The short tests with other random arguments each time, and 200 of each.
 search: .venv/installed-dev
 	$(BIN)/python -m pytest --hypothesis-profile search --numprocesses auto --maxprocesses 8 --dist worksteal
 
-# A hundred changes of the physics, drawn at random, and whether a test sees each: half an hour on two cores.
+# A hundred changes of the physics, drawn at random, and whether a test sees each, those of the nearest tests first.
 # MUTANTS="--count 20 --seed 7": others.
 MUTANTS =
 mutants: .venv/installed-dev

@@ -1,12 +1,8 @@
 """Mutation tests: one change at a time in the physics, and whether any test near it fails.
 
-``make mutants`` draws a hundred changes at random and takes half an hour on two cores.  A change that no test sees is a
-test that is missing, a line that nobody needs, or one that means the same: the list at the end says which they are.
-
-All changes meet the tests nearest to them first, then those that are left the tests further away: what a draw says is
-known early, and each answer is printed when it is there.  Imports take longer than most tests near a change.  So a
-process that has collected the tests is forked for each change within functions, which gets their new code; for the
-others, of constants and compiled loops, one that has imported the libraries.
+``make mutants`` draws a hundred changes at random, and asks the tests nearest to each first.  A change that no
+test sees is a test that is missing, a line that nobody needs, or one that means the same: the list at the end says
+which they are.
 """
 
 from __future__ import annotations

@@ -76,7 +76,7 @@ def with_starts(deck: Deck, progress: Progress | None = None) -> Deck:
     steps, found = 1 if protocol is None else protocol.steps, list[_State]()
     with ExitStack() as still_open:
         sites = deck.slab.one_to_one and deck.shape is None
-        relax = _by_lattice(deck, still_open) if sites else _by_atoms(deck, still_open)
+        relax = _by_lattice(deck) if sites else _by_atoms(deck, still_open)
         for state in _followed(deck, relax):
             if not (state.converged and _as_it_was(deck, state.displacements)):
                 break
@@ -129,23 +129,18 @@ def _as_it_was(deck: Deck, displacements: Real) -> bool:
     return not changed and distortion(deck.slab, displacements) < LARGEST_DISTORTION
 
 
-def _by_lattice(deck: Deck, still_open: ExitStack) -> _Relax:
-    response = Specimen.of_slab(cast(Slab, deck.slab), check_model("model", deck.model)).response
+def _by_lattice(deck: Deck) -> _Relax:
+    specimen = Specimen.of_slab(cast(Slab, deck.slab), check_model("model", deck.model))
     alone = replace(deck, protocol=None, wall_force="formulas")
-    session = still_open.enter_context(Session(_written(alone, still_open)))
 
     def relax(separation: float, start: Real) -> _State:
         here = replace(alone, separation=separation, displacements=start)
-        found = iterate(here, session, response, _MOST)
+        found = iterate(here, specimen.session, specimen.response, _MOST)
         gap = separation + deck.heights - found.displacements[0, ..., 2]
         pressure = float(deck.wall.evaluate(gap).traction.mean())
         return _State(separation, found.displacements, pressure, found.evaluations, found.converged)
 
     return relax
-
-
-def _written(deck: Deck, still_open: ExitStack) -> Path:
-    return write_deck(Path(still_open.enter_context(tempfile.TemporaryDirectory())), deck)
 
 
 def _by_atoms(deck: Deck, still_open: ExitStack) -> _Relax:
@@ -209,14 +204,14 @@ def _smooth(deck: Deck, rest: Atoms, crystal: Calculator) -> _Act:
     return act
 
 
-class _Crystal(Calculator):
-    """Forces of a crystal by LAMMPS, on any number of its atoms, in a0 and E*."""
+class _Forces(Calculator):
+    """Forces by LAMMPS as a calculator of ASE, in a0 and E*."""
 
     implemented_properties = ["energy", "free_energy", "forces"]  # noqa: RUF012 - as ASE declares it
 
-    def __init__(self, model: AnyModel, still_open: ExitStack) -> None:
-        super().__init__()  # type: ignore[no-untyped-call]
-        self._model, self._open, self._cells = model, still_open, dict[tuple[int, bytes], Cell]()
+    def evaluated(self, atoms: Atoms) -> tuple[float, Real]:
+        """Energy and forces of the atoms."""
+        raise NotImplementedError
 
     def calculate(
         self,
@@ -226,25 +221,36 @@ class _Crystal(Calculator):
     ) -> None:
         super().calculate(atoms, properties, system_changes)  # type: ignore[no-untyped-call]
         assert self.atoms is not None
-        positions, model = self.atoms.positions * self._model.length, self._model
-        periods = np.diag(np.array(self.atoms.cell)) * model.length
-        key = len(positions), periods.tobytes()
+        energy, forces = self.evaluated(self.atoms)
+        self.results = {"energy": energy, "free_energy": energy, "forces": forces}
+
+
+class _Crystal(_Forces):
+    """A crystal, of any number of its atoms."""
+
+    def __init__(self, model: AnyModel, still_open: ExitStack) -> None:
+        super().__init__()  # type: ignore[no-untyped-call]
+        self._model, self._open, self._cells = model, still_open, dict[tuple[bytes, bytes], Cell]()
+
+    def evaluated(self, atoms: Atoms) -> tuple[float, Real]:
+        positions, model = atoms.positions * self._model.length, self._model
+        periods = np.diag(np.array(atoms.cell)) * model.length
+        # The mean cell of an alloy may be repeated to the size of its slab: then only the elements tell the two apart.
+        key = atoms.numbers.tobytes(), periods.tobytes()
         if key not in self._cells:
-            cell = Cell(model, positions, periods, surface=True, types=self.atoms.numbers - 1)
+            cell = Cell(model, positions, periods, surface=True, types=atoms.numbers - 1)
             self._cells[key] = self._open.enter_context(cell)
         energy, forces = self._cells[key].evaluate(positions)
-        self.results = _results(energy / model.energy, forces * (model.length / model.energy))
+        return energy / model.energy, forces * (model.length / model.energy)
 
 
-class _Walled(Calculator):
-    """Forces of a crystal and of the atoms of a wall, by LAMMPS with the scripts of a deck, in a0 and E*."""
-
-    implemented_properties = ["energy", "free_energy", "forces"]  # noqa: RUF012 - as ASE declares it
+class _Walled(_Forces):
+    """A crystal and the atoms of a wall, with the scripts of a deck."""
 
     def __init__(self, deck: Deck, still_open: ExitStack) -> None:
         super().__init__()  # type: ignore[no-untyped-call]
-        self._deck = replace(deck, protocol=None)
-        self._session = still_open.enter_context(Session(_written(self._deck, still_open)))
+        folder = still_open.enter_context(tempfile.TemporaryDirectory())
+        self._session = still_open.enter_context(Session(write_deck(Path(folder), replace(deck, protocol=None))))
         self._session.command(f"variable separation equal {deck.separation:.17g}", "include in.wall")
         count = deck.slab.surface_atoms
         self._session.command(f"variable mean_traction equal c_load/{count}")
@@ -254,22 +260,9 @@ class _Walled(Calculator):
         self.reset()  # type: ignore[no-untyped-call]
         return self, lambda: self._session.variable("mean_traction")
 
-    def calculate(
-        self,
-        atoms: Atoms | None = None,
-        properties: Sequence[str] = ("energy",),
-        system_changes: Sequence[str] = all_changes,
-    ) -> None:
-        super().calculate(atoms, properties, system_changes)  # type: ignore[no-untyped-call]
-        assert self.atoms is not None
-        all_of_them = self._session.positions()
-        all_of_them[: len(self.atoms)] = self.atoms.positions * self._session.length
-        energy, forces = LammpsHandle.evaluate(self._session, all_of_them)
-        length = self._session.length
-        self.results = _results(
-            energy / self._session.energy, forces[: len(self.atoms)] * (length / self._session.energy)
-        )
-
-
-def _results(energy: float, forces: Real) -> dict[str, Any]:
-    return {"energy": energy, "free_energy": energy, "forces": forces}
+    def evaluated(self, atoms: Atoms) -> tuple[float, Real]:
+        length, unit = self._session.length, self._session.energy
+        with_wall = self._session.positions()
+        with_wall[: len(atoms)] = atoms.positions * length
+        energy, forces = LammpsHandle.evaluate(self._session, with_wall)
+        return energy / unit, forces[: len(atoms)] * (length / unit)

@@ -26,7 +26,7 @@ LBFGS(slab, logfile=None).run(fmax=1e-2)  # at rest, without a wall
 heights = c.SelfAffine(0.8, 0.15, 4, 8).synthesise(c.Grid.square(16, 0.5), np.random.default_rng(1))
 law = c.LennardJonesSpline(adhesion_length=0.01)
 atoms, response, loads, separations = slab.copy(), None, [], [1.4, 1.3, 1.2, 1.1, 1.0]
-figure, axes = plt.subplots(1, 3, figsize=(7.0, 2.6), width_ratios=(2, 2, 3))
+figure, axes = plt.subplots(1, 3, figsize=(7.0, 2.6), width_ratios=(2, 2, 3), layout="constrained")
 for separation in separations:
     wall = a.RoughWall(heights, slab, separation, law, a0=2.55, contact_modulus=0.85)  # Å, eV/Å³
     atoms.calc = SumCalculator([EMT(), wall])

@@ -9,21 +9,13 @@ import sys
 from collections.abc import Iterator
 
 import numpy as np
-from pandas import DataFrame, Series, read_csv
+from pandas import DataFrame, read_csv
 
-from docs.studies.finite_size import verdict
-from docs.studies.judgement import MEASURED
+from docs.studies.judgement import MEASURED, held, spread, verdict
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
 OFF = 0.3
 """How far, in its logarithm, an area may be from the one that was asked for."""
-
-
-def _spread(values: Series) -> str:
-    """Mean and standard deviation over surfaces."""
-    if values.empty:
-        return "-"
-    return f"{values.mean():.3f}" + (f" ± {values.std():.3f}" if len(values) > 1 else "")
 
 
 def lines() -> Iterator[str]:
@@ -73,9 +65,9 @@ def returns() -> Iterator[str]:
     for (length, target), part in rows.groupby(["length", "target"]):
         there, back = part[part.approach], part[~part.approach]
         yield (
-            f"| {length:g} | {100 * target:g} % | {there.seed.nunique()} | {_spread(there.inverse)} "
-            f"| {_spread(back.inverse)} | {_spread(there.ratio[there.area_att > 0])} "
-            f"| {_spread(there.diameter_ratio)} |"
+            f"| {length:g} | {100 * target:g} % | {there.seed.nunique()} | {spread(there.inverse)} "
+            f"| {spread(back.inverse)} | {spread(there.ratio[there.area_att > 0])} "
+            f"| {spread(there.diameter_ratio)} |"
         )
 
 
@@ -97,7 +89,7 @@ def judged() -> Iterator[str]:
     more = int((back < there).sum())
     yield (
         f"* 8: at 1 % {more} of {len(back)} surfaces pull more on the way back than on approach, "
-        f"**{'held' if more == len(back) else 'refuted'}**; the mean of 1/κ there is {said(back, -0.15, 0.15)}."
+        f"**{held(more == len(back))}**; the mean of 1/κ there is {said(back, -0.15, 0.15)}."
     )
     yield (
         f"* 10: κ_rep is {said(at(0.0, 0.045, 'kappa'), 2.22, 0.06)}, at 4.5 %, and "
@@ -115,7 +107,7 @@ def judged() -> Iterator[str]:
         np.abs(at(0.0, target, "inverse") - at(0.0, target, "inverse", approach=False)) for target in AREAS[:3:2]
     ]
     change = float(np.concatenate(changes).max(initial=0.0))
-    bare = f"changes by {change:.4f} at most, **{'held' if change <= 0.005 else 'refuted'}**"
+    bare = f"changes by {change:.4f} at most, **{held(change <= 0.005)}**"
     if not changes[0].size:
         bare = "is **not tested**"
     less = at(0.005, 0.01, "inverse") - at(0.005, 0.01, "inverse", approach=False)
@@ -127,8 +119,7 @@ def judged() -> Iterator[str]:
         f"{-row.tension:.4f} at {100 * row.area_rep:.1f} % {'there' if row.approach else 'back'}"
         for row in largest.itertuples()
     )
-    held = "held" if as_said and inside else "refuted"
-    yield f"* 14: from 1 % on the smallest loads, in h' E* A0, are {where}: **{held}**."
+    yield f"* 14: from 1 % on the smallest loads, in h' E* A0, are {where}: **{held(as_said and inside)}**."
 
 
 if __name__ == "__main__":

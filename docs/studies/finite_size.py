@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from pandas import DataFrame, read_csv
 
-from docs.studies.judgement import MEASURED
+from docs.studies.judgement import MEASURED, held, spread, verdict
 
 SAID = {16: (2.95, 0.2), 32: (2.70, 0.12), 64: (2.52, 0.08), 128: (2.40, 0.08), 256: (2.30, 0.08)}
 """κ_rep without adhesion and its bound, at each bandwidth."""
@@ -27,32 +27,16 @@ def stored() -> DataFrame:
     return DataFrame({"kappa": 1 / found[0.0], "without": found[0.0], "adhesive": found[LENGTH]}).reset_index()
 
 
-def verdict(values: np.ndarray, said: float, bound: float) -> str:
-    """Of a mean over surfaces, with its standard error."""
-    off = abs(values.mean() - said)
-    if off <= bound:
-        return "held"
-    error = values.std(ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.inf
-    return "refuted" if off > bound + 2 * error else "undecided"
-
-
-def _said(holds: bool) -> str:
-    return "held" if holds else "refuted"
-
-
 def lines() -> Iterator[str]:
     """A row for each period: κ_rep as said and as found, and 1/κ."""
     yield "| points | λ_L/λ_s | surfaces | κ_rep, l_a = 0 | said | | 1/κ, l_a = 0 | 1/κ, l_a = 0.005 | difference |"
     yield "|---|---|---|---|---|---|---|---|---|"
     for width, part in stored().groupby("width"):
         said, bound = SAID[width]
-        spread = (
-            f"{part[name].mean():.3f}" + (f" ± {part[name].std():.3f}" if len(part) > 1 else "")
-            for name in ("without", "adhesive")
-        )
+        means = (spread(part[name]) for name in ("without", "adhesive"))
         yield (
             f"| {32 * width}² | {width} | {len(part)} | {part.kappa.mean():.2f} | {said} ± {bound} "
-            f"| {verdict(part.kappa.to_numpy(), said, bound)} | {' | '.join(spread)} "
+            f"| {verdict(part.kappa.to_numpy(), said, bound)} | {' | '.join(means)} "
             f"| {(part.without - part.adhesive).mean():.3f} |"
         )
 
@@ -64,22 +48,22 @@ def judged() -> Iterator[str]:
     # One surface is compared with itself: the mean of three is another.
     last = rows[rows.seed.isin(rows[rows.width == 256].seed)].set_index("width")
     falling = bool((np.diff(kappa[:-1]) < 0).all() and last.kappa[256] < last.kappa[128])
-    yield f"* 1: the five values are judged in the table; κ_rep falls with each doubling: **{_said(falling)}**."
+    yield f"* 1: the five values are judged in the table; κ_rep falls with each doubling: **{held(falling)}**."
     lowered = (rows.without - rows.adhesive).groupby(rows.width)
     first = verdict(lowered.get_group(64).to_numpy(), *LOWERED)
     ends = [abs(lowered.mean()[width] - lowered.mean()[64]) for width in (128, 256)]
     yield (
         f"* 2: **{first}**, and by the same to {ends[0]:.3f} at 128 and {ends[1]:.3f} at 256: "
-        f"**{_said(max(ends) <= CLOSE)}**."
+        f"**{held(max(ends) <= CLOSE)}**."
     )
     changes = [abs(last[name][256] - last[name][128]) for name in ("without", "adhesive")]
     yield (
         f"* 3: of the one surface of both sizes 1/κ changes by {changes[0]:.3f} without and {changes[1]:.3f} with "
-        f"adhesion: **{_said(max(changes) < CLOSE)}**, of one surface."
+        f"adhesion: **{held(max(changes) < CLOSE)}**, of one surface."
     )
-    spread = rows.groupby("width")[["without", "adhesive"]].std()
-    shares = (spread.loc[128] / spread.loc[16]).tolist()
-    said = [f"**{_said(share < 1 / 2)}**" for share in shares]
+    apart = rows.groupby("width")[["without", "adhesive"]].std()
+    shares = (apart.loc[128] / apart.loc[16]).tolist()
+    said = [f"**{held(share < 1 / 2)}**" for share in shares]
     yield (
         f"* 4, of 4096²: the standard deviation is {shares[0]:.2f} of that of 512² without adhesion, {said[0]}, "
         f"and {shares[1]:.2f} with it, {said[1]}."

@@ -20,7 +20,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
-from pandas import DataFrame, concat, read_csv
+from pandas import DataFrame, Series, concat, read_csv
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 from scipy.stats import t
@@ -107,6 +107,27 @@ class Mean:
     def excludes(self, factor: float) -> bool:
         """Whether the interval lies wholly beyond a factor, up or down."""
         return self.low > factor or self.high < 1 / factor
+
+
+def spread(values: Series) -> str:
+    """Mean and standard deviation over surfaces."""
+    if values.empty:
+        return "-"
+    return f"{values.mean():.3f}" + (f" ± {values.std():.3f}" if len(values) > 1 else "")
+
+
+def verdict(values: Real, said: float, bound: float) -> str:
+    """Of a mean over surfaces: refuted where it is off by more than the bound and two standard errors."""
+    off = abs(values.mean() - said)
+    if off <= bound:
+        return "held"
+    error = values.std(ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.inf
+    return "refuted" if off > bound + 2 * error else "undecided"
+
+
+def held(holds: bool) -> str:
+    """The verdict on a statement that is true or not."""
+    return "held" if holds else "refuted"
 
 
 def scatter(left: Real, seeds: Real) -> float:
