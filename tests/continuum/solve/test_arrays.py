@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import tracemalloc
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -22,7 +23,7 @@ from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.solve.arrays import back_end as arrays
 from continuum.solve.arrays import passes
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
-from continuum.solve.arrays.library import LIBRARIES, Jax, Library, NumPy, Torch
+from continuum.solve.arrays.library import LIBRARIES, CuPy, Jax, Library, NumPy, Torch
 from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
 from continuum.solve.backend import BACK_ENDS, back_end
 from continuum.solve.non_periodic import NonPeriodicSolver
@@ -33,17 +34,26 @@ from tests.continuum.model.test_consistency import RESPONSES, WALLS
 CHOSEN = {
     "numpy": NumPy,
     "array_api_strict": lambda: Library(importlib.import_module("array_api_strict")),
-    "torch": lambda: Torch("cpu"),
-    "jax": lambda: Jax("cpu"),
+    "torch": partial(Torch, "cpu"),
+    "jax": partial(Jax, "cpu"),
+    "torch:cuda": partial(Torch, "cuda"),
+    "cupy": CuPy,
+    "jax:gpu": partial(Jax, "gpu"),
 }
+LONG = ("jax", "torch:cuda", "cupy", "jax:gpu")
+"""A minute of compilation, or a GPU that few machines have."""
+pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit:DeprecationWarning")  # of PyTorch's own compiler
 HELD = {"lift": 2.0, "mean_stiffness": np.inf}
 
 
-@pytest.fixture(params=[*list(CHOSEN)[:3], pytest.param("jax", marks=pytest.mark.long)])  # JAX compiles for a minute
+@pytest.fixture(params=[pytest.param(name, marks=[pytest.mark.long] * (name in LONG)) for name in CHOSEN])
 def library(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Library:
-    """Each library that is installed, as the device "numpy"."""
-    pytest.importorskip(request.param)
-    made: Library = CHOSEN[request.param]()
+    """Each library that is installed, with a GPU where it needs one, as the device "numpy"."""
+    pytest.importorskip(request.param.partition(":")[0])
+    try:
+        made: Library = CHOSEN[request.param]()
+    except Exception as error:  # each library has its own
+        pytest.skip(f"{request.param}: {error}")
     monkeypatch.setitem(vars(back_end("numpy")), "library", made)
     return made
 
