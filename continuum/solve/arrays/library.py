@@ -166,7 +166,7 @@ class Torch(Library):
         return _Graph(self._torch.cuda, function) if self.device == "cuda" else function
 
     def get(self, values: Array) -> Real:
-        return np.array(values.cpu().numpy(), dtype=np.float64)
+        return np.asarray(values.to("cpu", copy=True).numpy(), dtype=np.float64)
 
     def pairs(self, spectrum: Array) -> Array:
         return self._torch.view_as_real(spectrum)
