@@ -116,8 +116,9 @@ def iteration(problem: ContactProblem, mean_gap: float, start: Real, device: str
 def measure(n: int, device: str, threads: list[int], mean_gap: float) -> None:
     """All of one grid."""
     problem, library = rough(n, 1, PEER_ADHESION_LENGTH).problem(), back_end(device).library
-    free = library.free_memory()
-    say(f"{n} x {n}, mean gap {mean_gap:.4f} a0")
+    free, began = library.free_memory(), time.perf_counter()
+    solve(problem, "mean-gap", mean_gap, Settings(TOLERANCE, device=device), None)
+    say(f"{n} x {n}, mean gap {mean_gap:.4f} a0, compiled and solved in {time.perf_counter() - began:.1f} s")
     cold, *_ = points(problem, mean_gap, device, 1)
     memory = (free - library.free_memory()) / (8 * n * n)
     pair, copy = rates(n, device)
@@ -131,8 +132,9 @@ def measure(n: int, device: str, threads: list[int], mean_gap: float) -> None:
         say(f"  {device} is {beside[0].solution.seconds / cold.solution.seconds:.1f} times as fast from rest")
         for here, there in zip(points(problem, mean_gap, device, 1, beside[0].gap), beside, strict=True):
             touching = [problem.wall.touches(state.gap) for state in (here, there)]
+            apart = abs(here.load - there.load) / max(abs(there.load), 1e-30)
             say(
-                f"  from one start: loads differ by {abs(here.load - there.load) / max(abs(there.load), 1e-30):.1e}, gaps by "
+                f"  from one start: loads differ by {apart:.1e}, gaps by "
                 f"{np.abs(here.gap - there.gap).max():.1e} a0, points in contact {(touching[0] != touching[1]).sum()}"
             )
 

@@ -240,7 +240,6 @@ LIBRARIES: dict[str, tuple[Callable[[], Library], str]] = {
     "numpy": (NumPy, ""),
     "torch": (partial(Torch, "cpu"), "torch"),
     "torch:cuda": (partial(Torch, "cuda"), "torch"),
-    "torch:mps": (partial(Torch, "mps"), "torch"),
     "cupy": (CuPy, "cupy"),
     "jax": (Jax, "jax"),
 }
