@@ -68,7 +68,7 @@ bench: .venv-bench/installed
 	.venv-bench/bin/python -m docs.benchmarks.run --sizes $(SIZES) --tables $(TABLES) --atoms $(ATOMS) --minutes $(MINUTES)
 
 # A GPU, by the first library that sees it, beside the CPU; where there is no GPU it says what is missing.  GPU_SIZES="1024 2048": these grids only.
-GPU_SIZES = 1024 2048 4096 8192 16384 32768
+GPU_SIZES = 1024 2048 4096 8192 16384
 bench-gpu: .venv/installed
 	$(BIN)/python -m docs.benchmarks.gpu --sizes $(GPU_SIZES)
 

@@ -61,9 +61,8 @@ class SolverTable(ToleranceTable):
     pairs; a saddle point then counts as not converged"""
     device: Annotated[str, AfterValidator(_device)] = "cpu"
     """what the solver runs on: "cpu", compiled sweeps on processor cores; a library of arrays, "numpy", "torch",
-    "torch:cuda", "torch:mps", "cupy", "jax"; or "cuda", the first of these that sees a GPU. All but "cpu" are
-    experimental: their results were checked on processor cores, their speed on no GPU yet; results of two devices agree
-    but for rounding, and are kept apart"""
+    "torch:cuda", "cupy", "jax"; or "cuda", the first of PyTorch, CuPy and JAX that sees a GPU. Results of two devices
+    agree but for rounding and, where a contact has several equilibria, may be different ones; they are kept apart"""
 
 
 MOST = 1_000_000

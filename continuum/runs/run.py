@@ -73,8 +73,6 @@ def follow_run(
     system = build(config)
     record, finished = _stored(system, path, key, growth, added, force=force)
     said = list(system.warnings)
-    if not finished and (caution := back_end(system.settings.device).CAUTION):
-        said.append(caution)
     if record.grown_from and not finished:
         said.append(f"{path}: continues with {len(record.points)} stored points of another path")
     if warn is not None:

@@ -20,7 +20,7 @@ from continuum.solve.grids import BoundGrid, SmoothGrid
 BACK_ENDS = {
     "cpu": "continuum.solve.compiled.back_end",
     **dict.fromkeys(
-        ("numpy", "torch", "torch:cuda", "torch:mps", "cupy", "jax", "cuda"),
+        ("numpy", "torch", "torch:cuda", "cupy", "jax", "cuda"),
         "continuum.solve.arrays.back_end",
     ),
 }
@@ -59,8 +59,6 @@ class BackEnd(ABC):
     """Grids of no more points along a side have no coarser one: there calls, not points, would take the time."""
     LEVELS = 3
     """Grids that a step of the smooth solver uses, at most."""
-    CAUTION = ""
-    """What its user has to know before relying on it; empty for nothing."""
 
     def __init__(self, device: str) -> None:
         self.device = device

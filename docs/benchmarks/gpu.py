@@ -1,11 +1,12 @@
-"""The GPU beside the CPU, in one process: ``python -m docs.benchmarks.gpu [--sizes 1024 2048] [--threads 8]``.
+"""A GPU beside the CPU: ``python -m docs.benchmarks.gpu [--sizes 1024 2048] [--cpu 2048] [--threads 1 8] [--figure2]``.
 
-For each grid: time of an FFT pair, of the copy of a field and of an iteration on the GPU; the rate of its kernels in
-parts of that of the copy; a cold point near 1 % area and a short path on the GPU, on one thread of the CPU and on all,
-with loads, areas, iterations and pairs of each; the largest memory of the GPU, in fields.  Ratios are what is asked for
-(docs/solver.md); nothing is written but to the terminal.
+For each grid: times of an FFT pair, of the copy of a field and of an iteration on one grid and with coarser ones; a
+cold point near 1 % area and two closer ones, of which the solve alone, with loads, areas, iterations and pairs; the
+largest memory in fields.  Up to the grid of ``--cpu`` the same on one thread of the CPU and on all, and from one start
+on both, as a rough contact has several equilibria.  ``--figure2`` asks for states of the paper's Figure 2 that the CPU
+has found.
 
-Without a GPU it ends with one message.
+Each line is printed as soon as it is known.  Without a GPU it ends with one message.
 """
 
 from __future__ import annotations
@@ -14,35 +15,42 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from continuum.errors import InputError
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
-from continuum.path.loading import follow, solve
+from continuum.path.loading import solve
 from continuum.path.state import PathState
 from continuum.solve.backend import back_end
 from continuum.solve.solution import Settings
 from docs.benchmarks.cases import PEER_ADHESION_LENGTH, TOLERANCE, rough
 from docs.benchmarks.ours import search
+from tests.problems import Rough
 
 __all__ = ["main"]
 
 REPEATS = 10
-STEP, STEPS = 0.1, 4
-"""Of the path: mean gaps a0 apart, and their number."""
-PASSES = 20
-"""Fields that an iteration on one grid reads or writes: gradient 5.5, direction 3.5 + 1.5, move 6.5, a search 3."""
-ON_CPU = 8192
-"""Largest grid that the CPU solves, too; beyond, it takes hours on one thread."""
+STEP, STEPS = 0.1, 3
+"""Of the points: mean gaps a0 apart, and their number."""
+FIGURE2 = Path(__file__).parents[1] / "measured/figure2-4096-cycles.csv"
+FIGURE2_TOLERANCE = 1e-6
+"""Residual to which these states were found, in E*."""
+
+
+def say(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
 
 
 def best(work: Callable[[], Any], wait: Callable[[], None]) -> float:
-    """Smallest wall time of several runs, waited for."""
+    """Smallest wall time of several runs in ms, waited for."""
     work()
     wait()
     times = []
@@ -51,12 +59,12 @@ def best(work: Callable[[], Any], wait: Callable[[], None]) -> float:
         work()
         wait()
         times.append(time.perf_counter() - began)
-    return min(times)
+    return 1e3 * min(times)
 
 
-def rates(n: int) -> dict[str, float]:
+def rates(n: int, device: str) -> tuple[float, float]:
     """Milliseconds of an FFT pair and of the copy of a field, which reads and writes one."""
-    library = back_end("cuda").library
+    library = back_end(device).library
     xp, field = library.xp, library.put(np.ones((n, n)))
 
     def pair() -> Any:
@@ -65,96 +73,120 @@ def rates(n: int) -> dict[str, float]:
     def wait() -> None:
         library.get(field[:1, :1] + 1)
 
-    return {"pair_ms": 1e3 * best(pair, wait), "copy_ms": 1e3 * best(lambda: xp.asarray(field, copy=True), wait)}
+    return best(pair, wait), best(lambda: xp.asarray(field, copy=True), wait)
 
 
-def used() -> float:
-    """Memory of the GPU in use, in bytes, by whoever; libraries keep what they have had."""
-    return -back_end("cuda").library.free_memory()
-
-
-def points(problem: ContactProblem, mean_gap: float, device: str, threads: int) -> Iterator[tuple[PathState, float]]:
-    """A cold point and the points of a path after it, with the wall time of each."""
-    settings = Settings(TOLERANCE, threads=threads, device=device)
-    solver = solver_of(problem, settings)
-    targets = [mean_gap - STEP * i for i in range(STEPS)]
+def points(
+    problem: ContactProblem, mean_gap: float, device: str, threads: int, start: Real | None = None
+) -> list[PathState]:
+    """A point, cold or from a start, and closer ones, each from the one before; printed."""
+    settings, found = Settings(TOLERANCE, threads=threads, device=device), list[PathState]()
     began = time.perf_counter()
-    for state in follow(problem, "mean-gap", targets, settings, (), solver=solver):
-        yield state, time.perf_counter() - began
+    solver = solver_of(problem, settings)
+    for i in range(STEPS):
+        state = solve(problem, "mean-gap", mean_gap - STEP * i, settings, start, solver=solver)
+        s, seconds, start = state.solution.require(), time.perf_counter() - began, state.gap
+        say(
+            f"  {device if device != 'cpu' else f'cpu, {threads} threads':15} {'closer' if i else 'first ':6} "
+            f"{seconds:8.3f} s, solve {s.seconds:8.3f} s  {s.iterations:3d} iterations  {s.fft_pairs:6.1f} pairs  "
+            f"area {state.area_rep:.8f}  load {state.load:.10e}"
+        )
         began = time.perf_counter()
+        found.append(state)
+    return found
 
 
-def iteration(problem: ContactProblem, mean_gap: float, start: Real) -> float:
-    """Milliseconds of an iteration on one grid: iterations 10 to 40 on the way to a state 0.1 a0 closer."""
-    device = back_end("cuda")
+def iteration(problem: ContactProblem, mean_gap: float, start: Real, device: str, grids: int) -> float:
+    """Milliseconds of an iteration with so many grids: iterations 10 to 40 on the way to a state 0.1 a0 closer."""
+    back = back_end(device)
 
     def seconds(iterations: int) -> float:
-        settings = Settings(1e-30, max_iterations=iterations, warm_grids=0, device="cuda")
-        return solve(problem, "mean-gap", mean_gap - 0.1, settings, start).solution.seconds
+        settings = Settings(1e-30, max_iterations=iterations, warm_grids=0, device=device)
+        return solve(problem, "mean-gap", mean_gap - STEP, settings, start, solver=solver).solution.seconds
 
-    grids, device.LEVELS = device.LEVELS, 1
+    usual, back.LEVELS = back.LEVELS, grids
     try:
-        return 1e3 * (seconds(40) - seconds(10)) / 30
+        solver = solver_of(problem, Settings(TOLERANCE, device=device))
+        seconds(10)
+        return 1e3 * (min(seconds(40) for _ in range(3)) - min(seconds(10) for _ in range(3))) / 30
     finally:
-        device.LEVELS = grids
+        back.LEVELS = usual
 
 
-def told(device: str, threads: int, found: list[tuple[PathState, float]]) -> str:
-    """One line for each point."""
-    who = device if device == "cuda" else f"{device}, {threads} threads"
-    lines = []
-    for i, (state, seconds) in enumerate(found):
-        s = state.solution.require()
-        lines.append(
-            f"  {who:16} {'path' if i else 'cold'}  {seconds:9.3f} s  {s.iterations:4d} iterations  "
-            f"{s.fft_pairs:7.1f} pairs  area {state.area_rep:.8f}  load {state.load:.12e}\n"
-        )
-    return "".join(lines)
-
-
-def measure(n: int, threads: int, mean_gap: float) -> None:
+def measure(n: int, device: str, threads: list[int], mean_gap: float) -> None:
     """All of one grid."""
-    say = sys.stdout.write
-    ms = rates(n)
-    problem = rough(n, 1, PEER_ADHESION_LENGTH).problem()
-    before, most, found = used(), 0, []
-    for state, seconds in points(problem, mean_gap, "cuda", 1):
-        found.append((state, seconds))
-        most = max(most, used() - before)
-    cold, seconds = found[0]
-    one = iteration(problem, mean_gap, cold.gap)
-    share = PASSES / 2 * ms["copy_ms"] / (one - ms["pair_ms"])
-    say(f"{n}²: FFT pair {ms['pair_ms']:.3f} ms, copy of a field {ms['copy_ms']:.3f} ms, iteration {one:.3f} ms\n")
-    say(f"  iteration over FFT pair {one / ms['pair_ms']:.2f}, kernels at {100 * share:.0f} % of the copy rate, ")
-    say(f"memory {most / (8 * n * n):.2f} fields\n{told('cuda', 1, found)}")
-    for count in dict.fromkeys((1, threads)) if n <= ON_CPU else ():
-        beside = list(points(problem, mean_gap, "cpu", count))
-        differ = abs(cold.load - beside[0][0].load) / abs(beside[0][0].load)
-        say(told("cpu", count, beside))
-        say(f"  cuda is {beside[0][1] / seconds:.1f} times as fast; loads differ by {differ:.1e}\n")
+    problem, library = rough(n, 1, PEER_ADHESION_LENGTH).problem(), back_end(device).library
+    free, began = library.free_memory(), time.perf_counter()
+    solve(problem, "mean-gap", mean_gap, Settings(TOLERANCE, device=device), None)
+    say(f"{n} x {n}, mean gap {mean_gap:.4f} a0, compiled and solved in {time.perf_counter() - began:.1f} s")
+    cold, *_ = points(problem, mean_gap, device, 1)
+    memory = (free - library.free_memory()) / (8 * n * n)
+    pair, copy = rates(n, device)
+    one, several = (iteration(problem, mean_gap, cold.gap, device, grids) for grids in (1, 3))
+    say(
+        f"  FFT pair {pair:.3f} ms, copy of a field {copy:.3f} ms, iteration on one grid {one:.3f} ms, "
+        f"{one / pair:.2f} pairs, with coarser ones {several:.3f} ms; memory {memory:.1f} fields"
+    )
+    for count in threads:
+        beside = points(problem, mean_gap, "cpu", count)
+        say(f"  {device} is {beside[0].solution.seconds / cold.solution.seconds:.1f} times as fast from rest")
+        for here, there in zip(points(problem, mean_gap, device, 1, beside[0].gap), beside, strict=True):
+            touching = [problem.wall.touches(state.gap) for state in (here, there)]
+            apart = abs(here.load - there.load) / max(abs(there.load), 1e-30)
+            say(
+                f"  from one start: loads differ by {apart:.1e}, gaps by "
+                f"{np.abs(here.gap - there.gap).max():.1e} a0, points in contact {(touching[0] != touching[1]).sum()}"
+            )
+
+
+def figure2(device: str) -> None:
+    """States of the paper's Figure 2 on the approach, each from the one before, beside those that the CPU found."""
+    table = pd.read_csv(FIGURE2).query("approach and length <= 0.005")
+    settings = Settings(FIGURE2_TOLERANCE, device=device)
+    for (length, seed), rows in table.groupby(["length", "seed"]):
+        start = None
+        problem = Rough(4096, length, 32.0, int(seed), lambda_L=2048.0).problem()
+        solver = solver_of(problem, settings)
+        for row in rows.sort_values("mean_gap", ascending=False).itertuples():
+            began = time.perf_counter()
+            state = solve(problem, "mean-gap", row.mean_gap, settings, start, solver=solver)
+            start = state.gap
+            say(
+                f"  l_a {length:5} seed {seed} mean gap {row.mean_gap:9.5f} {time.perf_counter() - began:6.2f} s "
+                f"{state.status} load {state.load:.8e} over the CPU's {state.load / row.load - 1:+.1e} "
+                f"A_rep {state.area_rep:.8f} {state.area_rep / row.area_rep - 1:+.1e}"
+            )
 
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="docs.benchmarks.gpu", description=__doc__)
-    parser.add_argument("--sizes", nargs="+", type=int, default=[1024, 2048, 4096, 8192, 16384, 32768])
-    parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, help="of the CPU, beside one")
+    parser.add_argument("--sizes", nargs="*", type=int, default=[1024, 2048, 4096, 8192, 16384], help="grids")
+    parser.add_argument("--cpu", type=int, default=4096, help="largest grid that the CPU solves, too (default: 4096)")
+    parser.add_argument("--threads", nargs="*", type=int, default=sorted({1, os.cpu_count() or 1}), help="of the CPU")
+    parser.add_argument(
+        "--gap", type=float, help="mean gap on the smallest grid, in a0 (default: searched for 1 %% area)"
+    )
+    parser.add_argument("--device", default="cuda", help="as in inputs (default: cuda)")
+    parser.add_argument("--figure2", action="store_true", help="states of Figure 2 at 4096 x 4096 points, too")
     options = parser.parse_args(arguments)
     try:
-        sys.stdout.write(f"{back_end('cuda').machine()}\n")
+        say(back_end(options.device).machine())
     except InputError as missing:
         sys.stderr.write(f"{missing}\n")
         return missing.exit_code
     # Near 1 % area on each grid: the mean gap of such states grows like the height of the wall.
-    small = rough(1024, 1, PEER_ADHESION_LENGTH).problem()
-    gap = search(1024, 1, PEER_ADHESION_LENGTH)["mean_gap"] - 1
-    list(points(small, 1 + gap, "cuda", 1))  # compiles
+    small = min(options.sizes, default=1024)
+    gap = (options.gap or search(small, 1, PEER_ADHESION_LENGTH)["mean_gap"]) - 1
+    height = rough(small, 1, PEER_ADHESION_LENGTH).heights().std()
     for n in options.sizes:
-        height = rough(n, 1, PEER_ADHESION_LENGTH).heights().std() / small.heights.std()
+        taller = rough(n, 1, PEER_ADHESION_LENGTH).heights().std() / height
         try:
-            measure(n, options.threads, 1 + float(gap * height))
+            measure(n, options.device, options.threads if n <= options.cpu else [], float(1 + gap * taller))
         except MemoryError as full:
-            sys.stdout.write(f"{n}²: does not fit: {full}\n")
+            say(f"  does not fit: {full}")
             break
+    if options.figure2:
+        figure2(options.device)
     return 0
 
 

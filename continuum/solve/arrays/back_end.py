@@ -31,15 +31,6 @@ class ArrayBackEnd(BackEnd):
         # On smaller grids of a GPU a launch costs as much as a pass.
         return 512 if self.library.name() else 128
 
-    @cached_property
-    def CAUTION(self) -> str:  # type: ignore[override]
-        if not self.library.name():
-            return ""
-        return (
-            f'device = "{self.device}" is experimental: its results were checked on processor cores, its speed on no '
-            "GPU yet; compare a point with the CPU's before you rely on it"
-        )
-
     def require(self) -> None:
         self.library.zeros((1,))
 

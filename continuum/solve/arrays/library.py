@@ -59,6 +59,13 @@ class Library:
         # NumPy need not warn of what is not finite: it ends in the status of a solve.
         return np.errstate(all="ignore")(function)
 
+    def recorded(self, function: Callable[..., Result]) -> Callable[..., Result]:
+        """A function of arrays in which the host decides nothing, as one launch where the library can.
+
+        What it returns is overwritten by its next call.
+        """
+        return function
+
     def put(self, values: Any, kind: Any = None) -> Array:
         """An array of the host, or a number, on the device."""
         return self.xp.asarray(np.ascontiguousarray(values), dtype=kind or self.xp.float64, device=self.device)
@@ -150,13 +157,16 @@ class Torch(Library):
     def compile(self, function: Callable[..., Result]) -> Callable[..., Result]:
         if self.device == "cpu":
             return function
-        # Grids of several sizes, with their coarser ones and without.
+        # For grids of any size: a size that is compiled by itself takes minutes, and is no faster.
         import_module("torch._dynamo").config.recompile_limit = 64
-        made: Callable[..., Result] = self._torch.compile(function, fullgraph=True, dynamic=False)
+        made: Callable[..., Result] = self._torch.compile(function, fullgraph=True, dynamic=True)
         return made
 
+    def recorded(self, function: Callable[..., Result]) -> Callable[..., Result]:
+        return _Graph(self._torch.cuda, function) if self.device == "cuda" else function
+
     def get(self, values: Array) -> Real:
-        return np.array(values.cpu().numpy(), dtype=np.float64)
+        return np.asarray(values.to("cpu", copy=True).numpy(), dtype=np.float64)
 
     def pairs(self, spectrum: Array) -> Array:
         return self._torch.view_as_real(spectrum)
@@ -172,6 +182,34 @@ class Torch(Library):
 
     def devices(self) -> Sequence[Any]:
         return () if self.device == "cpu" else range(self._torch.cuda.device_count())
+
+
+class _Graph:
+    """A function of arrays as a CUDA graph: called as it is, which compiles its parts; then recorded; then replayed."""
+
+    def __init__(self, cuda: Any, function: Callable[..., Any]) -> None:
+        self._cuda, self._function = cuda, function
+        self._graph: Any = None
+        self._given: list[Array] = []
+        self._found: Any = None
+
+    def __call__(self, *given: Array) -> Any:
+        if not self._given:
+            self._given = [each.clone() for each in given]
+            return self._function(*self._given)
+        for mine, each in zip(self._given, given, strict=True):
+            mine.copy_(each)
+        if self._graph is None:
+            beside, here, graph = self._cuda.Stream(), self._cuda.current_stream(), self._cuda.CUDAGraph()
+            beside.wait_stream(here)
+            with self._cuda.stream(beside):
+                graph.capture_begin()
+                self._found = self._function(*self._given)
+                graph.capture_end()
+            here.wait_stream(beside)
+            self._graph = graph
+        self._graph.replay()
+        return self._found
 
 
 class Jax(Library):
@@ -202,7 +240,6 @@ LIBRARIES: dict[str, tuple[Callable[[], Library], str]] = {
     "numpy": (NumPy, ""),
     "torch": (partial(Torch, "cpu"), "torch"),
     "torch:cuda": (partial(Torch, "cuda"), "torch"),
-    "torch:mps": (partial(Torch, "mps"), "torch"),
     "cupy": (CuPy, "cupy"),
     "jax": (Jax, "jax"),
 }

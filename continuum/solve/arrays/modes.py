@@ -48,15 +48,19 @@ class Modes:
             (library.put(rows < nx / 2, self.xp.bool), library.put(columns < ny / 2, self.xp.bool)),
         )
         self.transforms = self.trials = 0
+        self._mean_stiffness = np.nan
         if coarse is not None:
             m, n = coarse.mode_numbers
             low = (np.abs(m) < max(m.size / 2, 1)) & (n < n.size - 1)
             self._low = library.put(low[..., None], self.xp.bool)
 
-    def set_mean_stiffness(self, stiffness: float) -> None:
-        """Set K at q = 0."""
+    def set_mean_stiffness(self, stiffness: float) -> bool:
+        """Set K at q = 0; returns whether it was another."""
+        if stiffness == self._mean_stiffness:
+            return False
         row, column = self.marks.first
-        self.K = self.xp.where(row & column, stiffness, self.K)
+        self._mean_stiffness, self.K = stiffness, self.xp.where(row & column, stiffness, self.K)
+        return True
 
     def forward(self, values: Array) -> Array:
         """Spectrum of a field."""
@@ -78,10 +82,14 @@ class Modes:
 
     def below(self, spectrum: Array, size: Array | float = 1.0, kind: Any = None) -> Array:
         """A spectrum over a size on the coarser grid, without its Nyquist modes."""
+        given = self.low_part(spectrum), self._low, self.library.number(size)
+        return _below(self.library, *given, kind=kind or self.kind)
+
+    def low_part(self, spectrum: Array) -> tuple[Array, Array]:
+        """The first and the last rows that hold the modes of the coarser grid, beside its Nyquist modes."""
         rows, columns = self._low.shape[:2]
         part, n = spectrum[:, :columns, :], self.grid.shape[0]
-        given = part[: low_rows(rows), ...], part[n - rows // 2 :, ...], self._low, self.library.number(size)
-        return _below(self.library, *given, kind=kind or self.kind)
+        return part[: low_rows(rows), ...], part[n - rows // 2 :, ...]
 
     def above(self, spectrum: Array) -> Array:
         """A spectrum of the coarser grid on this one, zero beyond its modes and on its Nyquist modes."""
@@ -101,13 +109,12 @@ class Modes:
 
 
 @fused
-def _below(xp: Any, top: Array, bottom: Array, low: Array, size: Array, *, kind: Any) -> Array:
+def _below(xp: Any, part: tuple[Array, Array], low: Array, size: Array, *, kind: Any) -> Array:
     """The low modes of these rows, over a size."""
-    return xp.astype(xp.where(low, xp.concat([top, bottom]), 0.0) / xp.astype(size, top.dtype), kind)
+    return xp.astype(xp.where(low, xp.concat(part), 0.0) / xp.astype(size, part[0].dtype), kind)
 
 
-@fused
-def _above(xp: Any, spectrum: Array, low: Array, *, shape: tuple[int, int]) -> Array:
+def raised(xp: Any, spectrum: Array, low: Array, shape: tuple[int, ...]) -> Array:
     """The low modes in a spectrum of a shape, zero beyond."""
     (rows, columns), half = spectrum.shape[:2], low_rows(spectrum.shape[0])
     kept = xp.where(low, spectrum, 0.0)
@@ -115,6 +122,11 @@ def _above(xp: Any, spectrum: Array, low: Array, *, shape: tuple[int, int]) -> A
     wide = xp.concat([kept, beside], axis=1)
     between = xp.broadcast_to(xp.zeros_like(wide[:1, ...]), (shape[0] - rows, shape[1], 2))
     return xp.concat([wide[:half, ...], between, wide[half:, ...]])
+
+
+@fused
+def _above(xp: Any, spectrum: Array, low: Array, *, shape: tuple[int, int]) -> Array:
+    return raised(xp, spectrum, low, shape)
 
 
 def sum_of(xp: Any, values: Array) -> Array:

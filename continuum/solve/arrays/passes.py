@@ -1,12 +1,13 @@
 """Passes over memory of the smooth solver on arrays: each a function that a library may fuse."""
 
+from collections.abc import Sequence
 from functools import cache, partial
 from typing import Any, NamedTuple, Self
 
 from continuum.model import laws
 from continuum.model.laws import OnArrays
 from continuum.solve.arrays.library import Array, Library, fused
-from continuum.solve.arrays.modes import ModeMarks, mean, sum_of, without_mean
+from continuum.solve.arrays.modes import ModeMarks, mean, raised, sum_of, without_mean
 
 # --- passes over spectra ---------------------------------------------------------------------------------------
 
@@ -57,13 +58,16 @@ def finish_step(
 
 
 @fused
-def low_sums(xp: Any, g: Array, y: Array, d: Array, found: Array, waves: ModeStiffness, size: Array) -> Array:
-    """Sums over the modes of the coarser grid, with its step for s, and with s = M g; the first of them is zero."""
-    (K, marks, _), (M, own) = waves, _step_of(xp, g, waves, coarse=False)
-    row, column = marks.low
-    low = xp.where(row & column, marks.weights, 0.0)
-    sums = []
-    for s in (xp.astype(found, K.dtype) * xp.astype(-size, K.dtype), own):
+def low_sums(
+    xp: Any, parts: Sequence[tuple[Array, Array]], weights: Array, c0: Array, found: Array, low: Array, size: Array
+) -> Array:
+    """Sums over the modes of the coarser grid, with its step for s, and with s = M g; the first of them is zero.
+
+    ``parts`` are those rows of g, y, d and K that hold these modes.
+    """
+    g, y, d, K = (xp.concat(part) for part in parts)
+    low, M, sums = xp.where(low, weights, 0.0), 1 / (K + c0[0]), []
+    for s in (xp.astype(found, K.dtype) * xp.astype(-size, K.dtype), M * g):
         pairs = (g * s, y * s, y * M * y, s * K * s, s * K * d)
         sums += [0.0 * size, *(sum_of(xp, low * each) for each in pairs)]
     return xp.reshape(xp.stack(sums), (2, 6))
@@ -79,12 +83,22 @@ def choose(xp: Any, sums: Array, low: Array, size: Array, moved: Array) -> tuple
 
 @fused
 def direction(
-    xp: Any, d: Array, g: Array, found: Array, waves: ModeStiffness, beta: Array, size: Array, *, coarse: bool
+    xp: Any,
+    d: Array,
+    g: Array,
+    found: Array,
+    low: Array,
+    waves: ModeStiffness,
+    beta: Array,
+    size: Array,
+    *,
+    coarse: bool,
 ) -> Array:
     """Direction d <- beta d - s; s is M g but for the modes of a coarser grid that has found a step of a size."""
     K, (row, column), (_, s) = waves.K, waves.marks.low, _step_of(xp, g, waves, coarse)
     if coarse:
-        s = xp.where(row & column & (size > 0), xp.astype(found, K.dtype) * xp.astype(-size, K.dtype), s)
+        there = raised(xp, xp.astype(found, K.dtype), low, (g.shape[0], g.shape[1]))
+        s = xp.where(row & column & (size > 0), there * xp.astype(-size, K.dtype), s)
     return xp.astype(beta, K.dtype) * d - s
 
 

@@ -7,6 +7,8 @@ grids decides nothing on the host: what has come to an end goes on by steps of l
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,8 +32,6 @@ class _Descending(Modes):
     d_q: Array
     stiffness: Array = None
     """The stiffness of the wall, in single precision."""
-    found: Array = None
-    """Step of the coarser grid, on the modes of this one."""
     linear: ArrayLinearGrid | None = None
     held = False
 
@@ -51,23 +51,23 @@ class _Descending(Modes):
         self.g, self.y, sums = passes.finish_step(self.library, *given, coarse=coarse, held=self.held, linear=linear)
         return sums
 
-    def _restrict(self, size: Array) -> ArrayLinearGrid:
-        """Pose the linear problem of the coarser grid."""
+    def _restricted(self, size: Array) -> tuple[Array, Array]:
+        """The linear problem of the coarser grid: the gradient over a size, and the stiffness of the wall."""
         assert self.linear is not None
-        self.linear.stiffness = self.sampled(self.stiffness, self.linear.grid)
-        self.linear.g = self.below(self.g, size, self.linear.kind)
-        return self.linear
+        return self.below(self.g, size, self.linear.kind), self.sampled(self.stiffness, self.linear.grid)
 
     def _low_modes(self, size: Array) -> Array:
         """Sums over the modes of the coarser grid, of its step and of the gradient's own."""
         assert self.linear is not None
-        self.found = self.above(self.linear.x)
-        return passes.low_sums(self.library, self.g, self.y, self.d_q, self.found, self._waves, size)
+        parts = tuple(self.low_part(each) for each in (self.g, self.y, self.d_q, self.K))
+        weights = self.marks.weights[:, : self._low.shape[1], :]
+        return passes.low_sums(self.library, parts, weights, self._c0, self.linear.x, self._low, size)
 
     def _new_direction(self, beta: Array, size: Array, *, coarse: bool) -> Array:
         """The new direction, as a field."""
-        found = self.found if coarse else self.g
-        self.d_q = passes.direction(self.library, self.d_q, self.g, found, self._waves, beta, size, coarse=coarse)
+        found, low = (self.linear.x, self._low) if coarse and self.linear else (self.g, self.g)
+        given = self.d_q, self.g, found, low, self._waves, beta, size
+        self.d_q = passes.direction(self.library, *given, coarse=coarse)
         return self.inverse(self.d_q)
 
 
@@ -75,22 +75,49 @@ class ArrayLinearGrid(_Descending):
     """The linear problem (K + stiffness) x = -g of a grid, for a step of the next finer one."""
 
     x: Array = None
+    problem: tuple[Array, Array]
+    """Its g and its stiffness."""
 
     def __init__(
         self, library: Library, grid: Grid, stiffness_q: Real, kind: str, coarser: ArrayLinearGrid | None
     ) -> None:
         super().__init__(library, grid, stiffness_q, getattr(library.xp, kind))
         self.linear = coarser
+        self._recorded: dict[Any, Callable[..., tuple[Array, Array]]] = {}
+        self._transforms: dict[Any, list[int]] = {}
+
+    @property
+    def chain(self) -> list[ArrayLinearGrid]:
+        """The grid itself and all coarser ones."""
+        return [self, *(self.linear.chain if self.linear else [])]
+
+    def set_mean_stiffness(self, stiffness: float) -> bool:
+        changed = super().set_mean_stiffness(stiffness)
+        if changed:  # what is recorded reads the K of before
+            self._recorded.clear()
+        return changed
 
     def relax(self, levels: int, shift: float, iterations: int, reduction: float) -> bool:
         """As the seam says, without a decision of the host."""
-        return bool(self.library.numbers(self._relax(levels, shift, iterations, reduction))[0])
+        given = levels, shift, iterations, reduction
+        key, before = (*given, self.held), [each.transforms for each in self.chain]
+        if key not in self._recorded:
+            self._recorded[key] = self.library.recorded(partial(self._relax, *given))
+        moved, self.x = self._recorded[key](*self.problem)
+        made = [each.transforms - begun for each, begun in zip(self.chain, before, strict=True)]
+        # What is replayed does not count by itself.
+        for each, begun, counted in zip(self.chain, before, self._transforms.setdefault(key, made), strict=True):
+            each.transforms = begun + counted
+        return bool(self.library.numbers(moved)[0])
 
-    def _relax(self, levels: int, shift: float, iterations: int, reduction: float) -> Array:
-        """The same; whether any step was taken stays on the device."""
+    def _relax(
+        self, levels: int, shift: float, iterations: int, reduction: float, g: Array, stiffness: Array
+    ) -> tuple[Array, Array]:
+        """The same: whether any step was taken, and x."""
         library, coarse = self.library, self.linear is not None and levels > 1
+        self.g, self.stiffness = g, stiffness
         self.x = self.d_q = work = self.zeros_q()
-        line, alpha = library.zeros((3,)), library.number(0.0)
+        line, alpha = library.zeros((3,)), library.zeros(())
         going = moved = always = alpha == alpha
         bound = size = alpha
         for iteration in range(iterations):
@@ -99,14 +126,16 @@ class ArrayLinearGrid(_Descending):
             bound, conjugate = bound if iteration else reduction**2 * sums[0], always
             if coarse:
                 size = self.xp.sqrt(sums[0])
-                moved_there = self._restrict(size)._relax(levels - 1, shift, iterations, reduction)
+                assert self.linear is not None
+                given = levels - 1, shift, iterations, reduction, *self._restricted(size)
+                moved_there, self.linear.x = self.linear._relax(*given)
                 sums, conjugate, size = passes.choose(library, sums, self._low_modes(size), size, moved_there)
             line, going = passes.next_line(library, sums, line, conjugate, going, bound, first=iteration == 0)
             pull, stiffness = passes.pull(library, self.stiffness, self._new_direction(line[0], size, coarse=coarse))
             alpha, going = passes.length(library, line, stiffness, going)
             work, moved = self.forward(pull), moved if iteration else going
         self.x = passes.forth(library, self.x, self.d_q, alpha)
-        return moved
+        return moved, self.x
 
 
 class ArraySmoothGrid(_Descending):
@@ -230,7 +259,8 @@ class ArraySmoothGrid(_Descending):
         return self.library.get(self._gradient(work, shift, step, coarse=coarse, linear=False))
 
     def restrict(self, size: float) -> None:
-        self._restrict(self.library.number(size))
+        assert self.linear is not None
+        self.linear.problem = self._restricted(self.library.number(size))
 
     def low_modes(self, shift: float, size: float) -> Real:
         self._size = size
@@ -286,7 +316,7 @@ class ArraySmoothGrid(_Descending):
     def release(self) -> None:
         """Give the memory of the fields back."""
         self.z = self.d = self.traction = self.stiffness = self.offset = self.start = None
-        self._change = self.found = None
+        self._change = None
         self._before = None, 0.0
 
     # --- what only processor cores have ------------------------------------------------------------------------

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import tracemalloc
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -22,7 +23,7 @@ from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.solve.arrays import back_end as arrays
 from continuum.solve.arrays import passes
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
-from continuum.solve.arrays.library import LIBRARIES, Jax, Library, NumPy, Torch
+from continuum.solve.arrays.library import LIBRARIES, CuPy, Jax, Library, NumPy, Torch
 from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
 from continuum.solve.backend import BACK_ENDS, back_end
 from continuum.solve.non_periodic import NonPeriodicSolver
@@ -33,17 +34,26 @@ from tests.continuum.model.test_consistency import RESPONSES, WALLS
 CHOSEN = {
     "numpy": NumPy,
     "array_api_strict": lambda: Library(importlib.import_module("array_api_strict")),
-    "torch": lambda: Torch("cpu"),
-    "jax": lambda: Jax("cpu"),
+    "torch": partial(Torch, "cpu"),
+    "jax": partial(Jax, "cpu"),
+    "torch:cuda": partial(Torch, "cuda"),
+    "cupy": CuPy,
+    "jax:gpu": partial(Jax, "gpu"),
 }
+LONG = ("jax", "torch:cuda", "cupy", "jax:gpu")
+"""A minute of compilation, or a GPU that few machines have."""
+pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit:DeprecationWarning")  # of PyTorch's own compiler
 HELD = {"lift": 2.0, "mean_stiffness": np.inf}
 
 
-@pytest.fixture(params=[*list(CHOSEN)[:3], pytest.param("jax", marks=pytest.mark.long)])  # JAX compiles for a minute
+@pytest.fixture(params=[pytest.param(name, marks=[pytest.mark.long] * (name in LONG)) for name in CHOSEN])
 def library(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Library:
-    """Each library that is installed, as the device "numpy"."""
-    pytest.importorskip(request.param)
-    made: Library = CHOSEN[request.param]()
+    """Each library that is installed, with a GPU where it needs one, as the device "numpy"."""
+    pytest.importorskip(request.param.partition(":")[0])
+    try:
+        made: Library = CHOSEN[request.param]()
+    except Exception as error:  # each library has its own
+        pytest.skip(f"{request.param}: {error}")
     monkeypatch.setitem(vars(back_end("numpy")), "library", made)
     return made
 
@@ -177,6 +187,36 @@ def test_linear_problems_in_single_precision_lead_to_the_same_state(monkeypatch:
     np.testing.assert_allclose(found[0].gap, found[1].gap, atol=1e-7)
 
 
+def test_a_coarse_step_that_is_replayed_counts_as_one_that_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid, law = Grid.square(64), LennardJonesSpline(0.3).law
+    K, h = HalfSpace("clamped").stiffness(grid), heights(grid)
+    monkeypatch.setattr(back_end("numpy"), "SMALLEST", 16)
+
+    def replayed(library: Library, function: Any) -> Callable[..., Any]:
+        calls = []
+
+        def run(*given: Any) -> Any:
+            found = function(*given)
+            calls.append(given)
+            if len(calls) > 1:
+                for each in function.func.__self__.chain:
+                    each.transforms = 0
+            return found
+
+        return run
+
+    made = Solver(grid, K, 1, "numpy").minimise(law, h, None, Settings(1e-8), **HELD)
+    monkeypatch.setattr(NumPy, "recorded", replayed)
+    solver = Solver(grid, K, 1, "numpy")
+    assert solver.minimise(law, h, None, Settings(1e-8), **HELD).work == made.work
+    # Another K is another recording.
+    free = {"lift": 2.0, "mean_stiffness": 0.1}
+    again = solver.minimise(law, h, made.gap, Settings(1e-8), **free)
+    np.testing.assert_array_equal(
+        again.gap, Solver(grid, K, 1, "numpy").minimise(law, h, made.gap, Settings(1e-8), **free).gap
+    )
+
+
 # --- cost ------------------------------------------------------------------------------------------------------
 
 
@@ -242,8 +282,8 @@ def test_a_device_is_a_name_and_what_it_lacks_is_said(monkeypatch: pytest.Monkey
     assert {*LIBRARIES, "cuda", "cpu"} == set(BACK_ENDS)
     with pytest.raises(InputError, match=r"stickiness\[cupy\]|cannot be used here"):
         arrays.found("cupy")
-    with pytest.raises(InputError, match=r"\"torch:mps\" (needs torch, which|cannot be used)"):
-        arrays.found("torch:mps")
+    with pytest.raises(InputError, match=r"\"torch:cuda\" (needs torch, which|cannot be used)"):
+        arrays.found("torch:cuda")
     monkeypatch.setattr(arrays, "CUDA", ())
     with pytest.raises(InputError, match=r"needs a GPU with its driver.*stickiness\[torch\]"):
         arrays.found("cuda")
