@@ -5,8 +5,6 @@ area, which is searched for (:mod:`continuum.path.area`).  A path goes to each t
 are looked for, by steps.  The arrays of the solver are those of the whole path.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial

@@ -21,8 +21,6 @@ which exists up to χ = 1/4.  The threshold lies between them; how far they are 
 change.  No number is fitted.  It is stated, with what it was tested on, in docs/law.md.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import NamedTuple
