@@ -148,7 +148,7 @@ class MapThreshold:
     def deciding(self, state: PressedState, decades: float) -> Real:
         """Logarithm of how much each height of the map changes the threshold, over the largest, in so many decades."""
         deciding = np.abs(state.deciding_heights(self.wall))
-        return np.log10(np.maximum(self.of_map(deciding) / deciding.max(), 10**-decades))
+        return np.asarray(np.log10(np.maximum(self.of_map(deciding) / deciding.max(), 10**-decades)))
 
     def sticky(self, work: float) -> bool | None:
         """Whether a work of adhesion is sticky; None where that is undecided."""
