@@ -1,7 +1,5 @@
 """Cross-validation: run an input on every rung of the ladder, compare state by state, store and judge."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable, Mapping

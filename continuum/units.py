@@ -87,12 +87,6 @@ class Units:
         i, j = _POWERS[quantity]
         return float(self.contact_modulus**i * self.a0**j)
 
-    def ev_angstrom(self, quantity: Quantity) -> float:
-        """Size of the reduced unit in eV and Å: Å, Å², eV/Å³, eV/Å⁴, eV/Å², eV/Å², eV/Å, eV."""
-        i, j = _POWERS[quantity]
-        modulus = self.contact_modulus / _GIGA / GPA_PER_EV_PER_A3
-        return float(modulus**i * (self.a0 / ANGSTROM) ** j)
-
     def to_si(self, value: float, quantity: Quantity | Motion) -> float:
         return value * self.si(quantity)
 

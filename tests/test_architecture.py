@@ -177,7 +177,6 @@ DOORS = {
     ("atomistic.atoms.wall", "Contact"),  # a wall of a contact, of heights or of a shape
     ("atomistic.front", "DeckConfig"),  # a deck of a contact, of a file, or of an input that was read
     ("continuum.paper.page", "SweepRun"),  # a figure of a folder, or of what a sweep returned
-    ("continuum.path.state", "Solution"),  # a state is made of a solution or of a gap
 }
 """Modules that take one thing or another, and the class of ours by which they tell."""
 

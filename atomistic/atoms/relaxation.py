@@ -1,7 +1,5 @@
 """The lattice-preconditioned relaxation of :mod:`atomistic.relax.relax` as an optimizer of ASE, for any slab."""
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 from typing import IO, Any

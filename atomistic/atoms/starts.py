@@ -6,8 +6,6 @@ A wall of the lattice sites above fcc(100) is relaxed with the response of its l
 :mod:`continuum`; of a wall of atoms, all forces are LAMMPS'.
 """
 
-from __future__ import annotations
-
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Sequence

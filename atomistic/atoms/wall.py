@@ -1,7 +1,5 @@
 """The rough wall as a calculator of ASE, above a slab of any face and any crystal."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 

@@ -20,7 +20,7 @@ from atomistic.crystal.crystal import chemical_symbol
 from atomistic.crystal.interatomic import BondlessPotential, check_others
 from continuum.arguments import ArgumentError, choice, file_name, instance, number
 from continuum.errors import InputError
-from continuum.files.toml import nearest
+from continuum.files.toml import slip
 
 Style = Literal["eam", "eam/alloy", "eam/fs"]
 
@@ -70,8 +70,7 @@ def find_potential(name: str | Path, folder: str | Path | None = None) -> Path:
     if found:
         return found[0]
     names = [path.name for place in shipped for path in place.iterdir() if ".eam" in path.name]
-    meant = nearest(named.name, names)
-    hint = f"; did you mean {meant}?" if meant else ""
+    hint = slip(named.name, names, "; did you mean {}?")
     places = ", ".join(map(str, shipped)) or "no folder of potentials"
     msg = f"there is no potential file {str(named)!r} in {own.parent} nor among those of LAMMPS ({places}){hint}"
     raise PotentialError(msg)

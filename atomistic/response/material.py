@@ -13,7 +13,7 @@ from atomistic.crystal.model import Crystal, CrystalModel, Model, Potential, is_
 from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.engine import pair_styles
 from atomistic.lammps.session import Cell
-from continuum.files.toml import nearest
+from continuum.files.toml import slip
 from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Real
 
@@ -112,8 +112,8 @@ def require_style(potential: Potential) -> None:
             continue
         base, _, suffix = style.rpartition("/")
         package = _PACKAGE_OF.get(style) or (_SUFFIXES.get(suffix) if base in pair_styles() else None)
-        meant = None if package else nearest(style, sorted(pair_styles()))
-        hint = f"; did you mean {meant}?" if meant else f": it is in the package {package}" if package else ""
+        near = slip(style, sorted(pair_styles()), "; did you mean {}?")
+        hint = f": it is in the package {package}" if package else near
         msg = f"the installed LAMMPS has no pair_style {style!r}{hint}; `atomistic doctor` lists its packages"
         raise PotentialError(msg)
 

@@ -154,18 +154,9 @@ def solved_layers(found: PredictionNumbers) -> list[dict[str, Any]]:
     threshold = found.threshold
     if threshold is None or threshold.state is None:
         return []
-    facing, distance = (found.mended or found).facing, threshold.gap - threshold.wall.zero_gap
-    kinds = np.where(distance <= 0, 2.0, np.where(distance < threshold.wall.range, 1.0, 0.0))
-    deciding = np.abs(threshold.state.deciding_heights(threshold.wall))
-    logarithm = np.log10(np.maximum(deciding / deciding.max(), 1e-3))
-
-    def own(values: Real) -> Real:  # without mirror images
-        images = [round(whole / one) for whole, one in zip(threshold.grid.shape, threshold.map.shape, strict=True)]
-        return values[: values.shape[0] // images[0], : values.shape[1] // images[1]]
-
-    both = len(found.topographies) > 1
+    facing, both = (found.mended or found).facing, len(found.topographies) > 1
     return [
         *([_layer("both maps, face to face", facing, facing.heights)] if both else []),
-        _layer("contact at the threshold", facing, own(kinds), "contact"),
-        _layer("which heights decide", facing, own(logarithm), "deciding"),
+        _layer("contact at the threshold", facing, threshold.kinds, "contact"),
+        _layer("which heights decide", facing, threshold.deciding(threshold.state, 3.0), "deciding"),
     ]

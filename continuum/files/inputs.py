@@ -17,7 +17,7 @@ from pydantic_core import ErrorDetails
 
 from continuum.arguments import ArgumentError, file_name
 from continuum.files.tables import Document
-from continuum.files.toml import ConfigError, Source, find, nearest
+from continuum.files.toml import ConfigError, Source, find, nearest, slip
 from continuum.tables import STRICT, Fault, Key, Table, TableFamily, explained, frozen, table_in, tables_in
 
 _Document = TypeVar("_Document", bound=Document)
@@ -170,8 +170,7 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
         return Fault(key[:-1], f"{len(get_args(field.annotation))} entries{about}")
     if kind == "extra_forbidden" and table is not None:
         keys = explained(table)
-        meant = nearest(str(key[-1]), keys)
-        hint = f"misspelt; did you mean {meant}?" if meant else _where_it_belongs(key, model)
+        hint = slip(key[-1], keys, "misspelt; did you mean {}?", _where_it_belongs(key, model))
         return Fault(key, "one of the keys " + ", ".join(keys), hint)
     if kind == "kind":
         key = (*key, error["ctx"]["key"])
@@ -182,9 +181,8 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
         return Fault(key, allowed, f'misspelt; did you mean "{meant}"?' if meant else "")
     if kind == "literal_error":
         choices = [str(choice) for choice in get_args(field.annotation)] if field else []
-        meant = nearest(str(error["input"]), choices)
         allowed = ("one of " if len(choices) > 1 else "") + ", ".join(f'"{name}"' for name in choices)
-        return Fault(key, allowed + about, f'misspelt; did you mean "{meant}"?' if meant else "")
+        return Fault(key, allowed + about, slip(error["input"], choices, 'misspelt; did you mean "{}"?'))
     context, (said, cause) = error.get("ctx", {}), _SAID.get(kind, ("", ""))
     allowed = said.format(place=".".join(map(str, key)), **context) or error["msg"].removeprefix("Input should be ")
     if kind == "greater_than_equal":  # a bound such as 1e-100, which only excludes zero, has all its zeros

@@ -227,6 +227,12 @@ def nearest(word: str, choices: Iterable[str]) -> str | None:
     return found[0] if found else None
 
 
+def slip(word: object, choices: Iterable[str], form: str, otherwise: str = "") -> str:
+    """What to say of a word that is none of the choices: a form with the one probably meant, if any, in its place."""
+    meant = nearest(str(word), choices)
+    return form.format(meant) if meant else otherwise
+
+
 def find(path: str | Path) -> Path:
     """The path of an input or map; if there is no such file and it starts with ``inputs/``, that of the package."""
     path = Path(path)

@@ -201,11 +201,15 @@ def _stiffness(rows: DataFrame) -> Finding:
     return ratio_finding(rows, ratio, "k_N with adhesion over without, at one N_rep, over κ_rep/κ")
 
 
-def _attraction(rows: DataFrame) -> Finding:
-    ratio = rows.pressure_att * rows["range"] / rows.length
-    found = ratio_finding(rows, ratio, "N_att over (w/Δr) A_att")
+def _by_length(rows: DataFrame, ratio: Series, says: str) -> Finding:
+    """The verdict on ratios that should be 1, which also says their mean at each adhesion length."""
+    found = ratio_finding(rows, ratio, says)
     parts = [f"; l_a = {length:g}: {mean:.3g}" for length, mean in ratio.groupby(rows.length).mean().items()]
     return found._replace(found=found.found + "".join(parts))
+
+
+def _attraction(rows: DataFrame) -> Finding:
+    return _by_length(rows, rows.pressure_att * rows["range"] / rows.length, "N_att over (w/Δr) A_att")
 
 
 def _strip(rows: DataFrame) -> Finding:
@@ -236,9 +240,7 @@ def _kappa_att(rows: DataFrame) -> Finding:
 def _width(rows: DataFrame) -> Finding:
     measured = zip(rows.rms_slope, rows.diameter, rows["range"], strict=True)
     ratio = rows.width / [paper.attraction_width(*each) for each in measured]
-    found = ratio_finding(rows, ratio, "d_att where the mean gap is Δr, over Eq. (S-2) with the measured d_rep")
-    parts = [f"; l_a = {length:g}: {mean:.3g}" for length, mean in ratio.groupby(rows.length).mean().items()]
-    return found._replace(found=found.found + "".join(parts))
+    return _by_length(rows, ratio, "d_att where the mean gap is Δr, over Eq. (S-2) with the measured d_rep")
 
 
 def _other_laws(rows: DataFrame) -> Finding | None:

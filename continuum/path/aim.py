@@ -1,7 +1,5 @@
 """What a search for an area looks for, its steps, the coarser grids where it begins, and what it has cost."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 

@@ -5,8 +5,6 @@ separation follows from the mean pressure P as ``separation = mean gap - mean he
 is free).  At given mean pressure the mean is free and a uniform pressure presses: one solve as well.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

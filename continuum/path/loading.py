@@ -5,8 +5,6 @@ area, which is searched for (:mod:`continuum.path.area`).  A path goes to each t
 are looked for, by steps.  The arrays of the solver are those of the whole path.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -39,7 +37,7 @@ from continuum.path.state import (
     settled,
     state_of,
 )
-from continuum.solve.solution import Closer, Settings
+from continuum.solve.solution import Closer, Settings, Solution, Status
 from continuum.solve.solver import Solver
 
 _CONTROLS: dict[str, Control] = {
@@ -95,7 +93,8 @@ def solve(
         return equilibrium(problem, control, target, settings, start, branch, solver)
     previous = []
     if start is not None:
-        state, nearer = state_of(problem, "mean-gap", problem.grid.mean(start), branch, start), nearness(problem)
+        found, nearer = Solution(start, Status.CONVERGED, 0.0, 0, law=problem.wall.law), nearness(problem)
+        state = state_of(problem, "mean-gap", problem.grid.mean(start), branch, found)
         previous = [replace(state, control=nearer, target=coordinate(nearer, state))]
     return find_area(problem, target, settings, search or Search(), previous, branch, solver)
 

@@ -166,15 +166,8 @@ class PathState(Equilibrium):
         return self
 
 
-def state_of(
-    problem: ContactProblem, control: Control, target: float, branch: Branch, solution: Solution | Real
-) -> PathState:
-    """A state with all that follows from its gap.
-
-    A bare gap is taken for that of a converged state.  Under a hard wall its loads are unknown: NaN.
-    """
-    if not isinstance(solution, Solution):
-        solution = Solution(solution, Status.CONVERGED, 0.0, 0, law=problem.wall.law)
+def state_of(problem: ContactProblem, control: Control, target: float, branch: Branch, solution: Solution) -> PathState:
+    """A state with all that follows from its gap; loads are NaN where neither a law nor the solution has tractions."""
     traction = solution.traction if solution.law is None else None
     totals = totals_of(problem.grid, problem.wall, solution.gap, traction)
     mean_gap = problem.grid.mean(solution.gap)

@@ -21,8 +21,6 @@ which exists up to χ = 1/4.  The threshold lies between them; how far they are 
 change.  No number is fitted.  It is stated, with what it was tested on, in docs/law.md.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import NamedTuple
@@ -281,7 +279,6 @@ def press_without_adhesion(
     settings: Settings,
     core_stiffness: float,
     search: Search | None = None,
-    solver: Solver | None = None,
 ) -> PressedState:
     """The surface of a contact at a repulsive area, pressed on a core without attraction.
 
@@ -292,7 +289,7 @@ def press_without_adhesion(
     ----------
     problem : grid, heights and response; its wall is not used.
     area : repulsive area, as a fraction of A0.
-    settings, search, solver : as for :func:`continuum.path.loading.solve`.
+    settings, search : as for :func:`continuum.path.loading.solve`.
     core_stiffness : of the law where it repels, in E*/a0.
 
     Raises
@@ -301,7 +298,7 @@ def press_without_adhesion(
         If there is no such state, as between two sizes of a contact of few points.
     """
     hard = replace(problem, wall=HardWall())
-    solver = solver or Solver(problem.grid, problem.stiffness_q, settings.threads, settings.device)
+    solver = Solver(problem.grid, problem.stiffness_q, settings.threads, settings.device)
     return on_core(hard, find_area(hard, area, settings, search or Search(), (), "start", solver), core_stiffness)
 
 

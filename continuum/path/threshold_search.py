@@ -9,8 +9,6 @@ so on the approach: that of a neighbouring w, followed to another w, need not be
 Where that does not end, as beside jumps, the area is searched for at each w, and w is bracketed by these searches.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 

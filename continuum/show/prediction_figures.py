@@ -35,7 +35,7 @@ def overview(prediction: PredictionNumbers) -> Figure:
     (image, density), (curve, decided) = places
     corrected, threshold = prediction.mended or prediction, prediction.threshold
     whole = corrected.topographies[0] if corrected.no_map else corrected.facing
-    _draw_map(image, whole, "gray" if threshold is not None and threshold.curve else "cividis")
+    unit = _draw_map(image, whole, "gray" if threshold is not None and threshold.curve else "cividis")
     _draw_spectrum(density, prediction)
     titles = ["map", "power spectral density", "threshold by range"]
     panels = [image, density, curve]
@@ -48,7 +48,7 @@ def overview(prediction: PredictionNumbers) -> Figure:
         decided.remove()
     else:
         titles[0] = "map and its contact at the threshold"
-        _draw_contact(image, threshold)
+        _draw_contact(image, threshold, unit)
         titles.append(_draw_deciding(decided, threshold))
         panels.append(decided)
     plot.letter_panels(panels, titles)
@@ -66,16 +66,25 @@ def length_scale(value: float) -> tuple[float, str]:
     return units.unit_size(name, "length"), name
 
 
-def _draw_map(axis: Axes, topography: Topography, colours: str = "cividis") -> None:
-    size, name = length_scale(max(topography.lengths))
+def _draw_values(
+    axis: Axes, lengths: tuple[float, float], values: Real, colours: str, ends: Any, label: str = ""
+) -> float:
+    """Values on the points of a map, with a bar of their colours if they have a label; the unit of its axes, in m."""
+    size, name = length_scale(max(lengths))
+    image = plot.map_image(axis, values, [length / size for length in lengths], colours, ends)
+    if label:
+        # Inside the axes' own frame, so that it stays beside a map of any shape.
+        axis.figure.colorbar(image, cax=axis.inset_axes((1.03, 0, 0.04, 1)), label=label)
+    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
+    return size
+
+
+def _draw_map(axis: Axes, topography: Topography, colours: str = "cividis") -> float:
     most = 3 * topography.heights.std()
     # Heights below a nanometre are also given in nanometres.
-    height, height_name = length_scale(max(most, 1e-9))
-    lengths = [length / size for length in topography.lengths]
-    image = plot.map_image(axis, topography.heights / height, lengths, colours, (-most / height, most / height))
-    # Inside the axes' own frame, so that it stays beside a map of any shape.
-    axis.figure.colorbar(image, cax=axis.inset_axes((1.03, 0, 0.04, 1)), label=f"height ({height_name})")
-    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
+    unit, name = length_scale(max(most, 1e-9))
+    ends = (-most / unit, most / unit)
+    return _draw_values(axis, topography.lengths, topography.heights / unit, colours, ends, f"height ({name})")
 
 
 def _draw_spectrum(axis: Axes, prediction: PredictionNumbers) -> None:
@@ -103,19 +112,10 @@ def _draw_spectrum(axis: Axes, prediction: PredictionNumbers) -> None:
     axis.set(xlabel="wavenumber $q$ (1/m)", ylabel="$C(q)$ (m⁴)")
 
 
-def _own_points(values: Real, threshold: MapThreshold) -> tuple[Real, list[float], str]:
-    """Values on the points of the map itself, without its mirror images; its lengths in a unit, and that unit."""
-    images = [round(whole / own) for whole, own in zip(threshold.grid.shape, threshold.map.shape, strict=True)]
-    size, name = length_scale(max(threshold.map.lengths))
-    own = values[: values.shape[0] // images[0], : values.shape[1] // images[1]]
-    return own, [length / size for length in threshold.map.lengths], name
-
-
-def _draw_contact(axis: Axes, threshold: MapThreshold) -> None:
-    """Where the surfaces repel and where they attract, on the map."""
-    distance, lengths, _ = _own_points(threshold.gap - threshold.wall.zero_gap, threshold)
-    kinds = np.where(distance <= 0, 2.0, np.where(distance < threshold.wall.range, 1.0, np.nan))
-    plot.contact_image(axis, kinds, (lengths[0], lengths[1]))
+def _draw_contact(axis: Axes, threshold: MapThreshold, unit: float) -> None:
+    """Where the surfaces repel and where they attract, on the map, whose axes have a unit, in m."""
+    x, y = threshold.map.lengths
+    plot.contact_image(axis, np.where(threshold.kinds > 0, threshold.kinds, np.nan), (x / unit, y / unit))
     for entry in plot.contact_key():
         axis.plot([], [], "s", color=entry.get_facecolor(), label=entry.get_label())
 
@@ -144,18 +144,13 @@ def _draw_curve(axis: Axes, prediction: PredictionNumbers, threshold: MapThresho
 
 def _draw_deciding(axis: Axes, threshold: MapThreshold) -> str:
     """By which heights the threshold changes most; where that is not known, the gap within the range.  Its title."""
-    state, wall = threshold.state, threshold.wall
-    if state is None:
-        distance, lengths, name = _own_points(threshold.gap - wall.zero_gap, threshold)
-        values, ends, label = distance / wall.range, (0.0, 1.0), "gap over range"
+    if threshold.state is None:
+        values, ends, label = threshold.distance / threshold.wall.range, (0.0, 1.0), "gap over range"
         title = "gap within the range"
     else:
-        deciding, lengths, name = _own_points(np.abs(state.deciding_heights(wall)), threshold)
-        values, ends = np.log10(np.maximum(deciding / deciding.max(), 1e-9)), (-_DECADES, 0.0)
+        values, ends = threshold.deciding(threshold.state, _DECADES), (-_DECADES, 0.0)
         title, label = "where it is decided: $|dw_c/dh|$", "logarithm, over the largest"
-    image = plot.map_image(axis, values, lengths, "magma_r", ends)
-    axis.figure.colorbar(image, cax=axis.inset_axes((1.03, 0, 0.04, 1)), label=label)
-    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
+    _draw_values(axis, threshold.map.lengths, values, "magma_r", ends, label)
     return title
 
 
@@ -183,16 +178,14 @@ def fault_figure(prediction: PredictionNumbers) -> Figure:
 
 def _marks(axis: Axes, topography: Topography, found: Findings) -> None:
     """The map in grey, scars and outliers in red, displaced lines in blue."""
-    size, name = length_scale(max(topography.lengths))
-    lengths = [length / size for length in topography.lengths]
-    plot.map_image(axis, topography.heights, lengths, "gray", np.quantile(topography.heights, (0.01, 0.99)))
+    ends = np.quantile(topography.heights, (0.01, 0.99))
+    size = _draw_values(axis, topography.lengths, topography.heights, "gray", ends)
     x, y = np.nonzero(found.marked)
     pixel = topography.grid.spacing
     axis.plot((x + 0.5) * pixel[0] / size, (y + 0.5) * pixel[1] / size, "s", color="red", markersize=1.0)
     for line in found.lines.outliers:
         draw = axis.axhline if found.lines.axis == 0 else axis.axvline
         draw((line + 0.5) * pixel[1 - found.lines.axis] / size, color="blue", linewidth=0.6)
-    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
 
 
 def _offsets(axis: Axes, topography: Topography, found: Findings) -> None:

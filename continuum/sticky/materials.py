@@ -8,7 +8,6 @@ cross-linking.  Values without a source are not in the table and must be given w
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from functools import cache
 from importlib import resources
 from itertools import zip_longest
@@ -20,6 +19,7 @@ import numpy as np
 from continuum import units
 from continuum.arguments import ArgumentError, instance, number, texts
 from continuum.errors import InputError
+from continuum.files.toml import slip
 from continuum.model.cubic import CubicConstants, contact_modulus
 from continuum.model.hexagonal import HexagonalConstants
 from continuum.model.substrates import HalfSpace, LayeredHalfSpace, Substrate
@@ -292,8 +292,7 @@ def read_interface(
     found = [materials().get(name.lower()) for name in names]
     for name, one in zip(names, found, strict=True):
         if one is None:
-            near = get_close_matches(name.lower(), materials(), 1)
-            hint = f"did you mean {near[0]}? " if near else ""
+            hint = slip(name.lower(), materials(), "did you mean {}? ")
             faults.append(f"`material` {name!r} is unknown: {hint}known are {', '.join(materials())}")
     moduli = [_amount(faults, "modulus", text, "pressure") for text in texts("modulus", modulus, '"2MPa"')]
     ratios = [_ratio(faults, value) for value in _ratios(poisson)]

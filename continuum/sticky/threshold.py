@@ -130,6 +130,26 @@ class MapThreshold:
     state: PressedState | None = field(default=None, repr=False)
     """The state without adhesion, on at most :data:`LINEAR` points."""
 
+    def of_map(self, values: Real) -> Real:
+        """Values on the points of the map itself, without its mirror images."""
+        images = [round(whole / own) for whole, own in zip(self.grid.shape, self.map.shape, strict=True)]
+        return values[: values.shape[0] // images[0], : values.shape[1] // images[1]]
+
+    @property
+    def distance(self) -> Real:
+        """Gap beyond that of zero traction, on the map, in the unit of ``grid``."""
+        return self.of_map(self.gap - self.wall.zero_gap)
+
+    @property
+    def kinds(self) -> Real:
+        """2 where the surfaces repel, 1 where they attract, 0 elsewhere, on the map."""
+        return np.where(self.distance <= 0, 2.0, np.where(self.distance < self.wall.range, 1.0, 0.0))
+
+    def deciding(self, state: PressedState, decades: float) -> Real:
+        """Logarithm of how much each height of the map changes the threshold, over the largest, in so many decades."""
+        deciding = np.abs(state.deciding_heights(self.wall))
+        return np.asarray(np.log10(np.maximum(self.of_map(deciding) / deciding.max(), 10**-decades)))
+
     def sticky(self, work: float) -> bool | None:
         """Whether a work of adhesion is sticky; None where that is undecided."""
         return True if work > self.high else False if work < self.low else None

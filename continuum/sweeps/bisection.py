@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from continuum.files.toml import nearest
+from continuum.files.toml import slip
 from continuum.path.crossing import Bracket
 from continuum.sweeps.measured import COLUMNS, SystemTable
 from continuum.tables import Fault
@@ -141,8 +141,7 @@ def is_bisection(given: Any) -> bool:
 def bisection_faults(given: Mapping[str, Any], own: Collection[str] = ()) -> Iterator[Fault]:
     """All that is wrong with the table of a search; ``own`` are the columns of one's own."""
     for name in given.keys() - KEYS.keys():
-        meant = nearest(str(name), KEYS)
-        yield Fault((name,), "one of the keys " + ", ".join(KEYS), f"misspelt; did you mean {meant}?" if meant else "")
+        yield Fault((name,), "one of the keys " + ", ".join(KEYS), slip(name, KEYS, "misspelt; did you mean {}?"))
     for name in _NEEDED:
         if name not in given:
             yield Fault((name,), f"this key is required ({KEYS[name]})")
@@ -158,8 +157,7 @@ def bisection_faults(given: Mapping[str, Any], own: Collection[str] = ()) -> Ite
         yield Fault(("tolerance",), KEYS["tolerance"])
     scale = given.get("scale", "log")
     if scale not in _SCALES:
-        meant = nearest(str(scale), _SCALES)
-        yield Fault(("scale",), '"log" or "linear"', f'a slip; did you mean "{meant}"?' if meant else "")
+        yield Fault(("scale",), '"log" or "linear"', slip(scale, _SCALES, 'a slip; did you mean "{}"?'))
     if scale == "log" and sound.get("from", 1.0) <= 0:
         yield Fault(
             ("from",), 'a number above 0, or scale = "linear"', "zero, or a sign: a logarithm has none of these"
@@ -174,9 +172,8 @@ def _wrong_column(given: Any, columns: Collection[str]) -> Iterator[Fault]:
         yield Fault(("bisect",), KEYS["bisect"])
         return
     if found[1] not in columns:
-        meant = nearest(found[1], columns)
-        hint = f"misspelt; did you mean {meant}?" if meant else f"the columns are {', '.join(columns)}"
-        yield Fault(("bisect",), KEYS["bisect"], hint)
+        known = f"the columns are {', '.join(columns)}"
+        yield Fault(("bisect",), KEYS["bisect"], slip(found[1], columns, "misspelt; did you mean {}?", known))
     try:
         finite = found[2] is None or math.isfinite(float(found[2]))
     except ValueError:

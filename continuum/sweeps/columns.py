@@ -24,7 +24,7 @@ from continuum.arguments import ArgumentError
 from continuum.errors import OutputError, StickinessError
 from continuum.files import output
 from continuum.files.hdf5 import StoreError
-from continuum.files.toml import ConfigError, Source, nearest
+from continuum.files.toml import ConfigError, Source, slip
 from continuum.model.fourier import Real
 from continuum.runs.result import Result
 from continuum.sweeps.folder import Folder
@@ -143,8 +143,8 @@ def _of_file(name: str, said: str, beside: Path) -> OwnColumn:
         raise ValueError(f"{path} cannot be executed: {type(error).__name__}: {error}") from None
     function = vars(module).get(wanted)
     if not callable(function):
-        meant = nearest(wanted, [one for one, value in vars(module).items() if callable(value)])
-        hint = f"; did you mean {meant}?" if meant else ""
+        functions = [one for one, value in vars(module).items() if callable(value)]
+        hint = slip(wanted, functions, "; did you mean {}?")
         raise ValueError(f"{path} has no function {wanted}{hint}")
     digest = hashlib.sha256(f"{wanted}\n{text}".encode()).hexdigest()
     return OwnColumn(name, f"{path.name}:{wanted}", digest, text, _sent(function))

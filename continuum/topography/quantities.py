@@ -92,7 +92,7 @@ def voids_of(void: str | float | Sequence[str | float]) -> tuple[float, ...]:
         raise ArgumentError("void", void, "a number that stands for a missing height, or several")
     try:
         return tuple(float(one) for one in several)
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise TopographyError(f"`void` {void!r}: a number that stands for a missing height, as 99999") from error
 
 

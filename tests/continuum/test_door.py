@@ -100,6 +100,7 @@ CALLS: Calls = {
 }  # fmt: skip
 FILES: Calls = {
     "analyse": (c.analyse, {"result": "nothing.h5"}),
+    "examples": (c.examples, {"about": None}),
     "certify": (c.certify, {"path": "nothing.h5", "sample": 1, "seed": 0, "progress": None}),
     "plot": (c.plot, {"result": "nothing.h5", "folder": None}),
     "check": (c.check, {"file": "small.toml", "settings": None}),
@@ -139,7 +140,7 @@ FILES: Calls = {
 }  # fmt: skip
 # Made by the functions, and by nobody else.  What `predict` and `study` are given has tests of its own.
 RESULTS = {"Analysis", "Certificate", "FoundThreshold", "LoadingPath", "Prediction", "Result", "State", "Study"}
-APART = {"examples", "predict", "study"}
+APART = {"predict", "study"}
 ARGUMENTS = [(call, name) for call, (_, good) in CALLS.items() for name in good]
 OF_FILES = [(call, name) for call, (_, good) in FILES.items() for name in good]
 

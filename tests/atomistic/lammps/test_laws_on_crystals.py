@@ -10,17 +10,11 @@ import continuum as c
 from atomistic.lammps.deck import write_deck
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.law import native_law
+from tests import kinds
 from tests.atomistic.lammps.test_law import table
 from tests.problems import crystal, two_ranks
 
-LAWS = {
-    "spline": c.LennardJonesSpline(adhesion_length=0.005),
-    "repulsive": c.LennardJonesSpline(0.0),
-    "9-3": c.InversePowers((9, 3), adhesion_length=0.02),
-    "12-6": c.InversePowers((12, 6), adhesion_length=0.02),
-    "exponential": c.Exponential(0.01, 0.2, 1.0),
-    "table": table(1200),
-}
+LAWS = {**kinds.WALLS, "repulsive": c.LennardJonesSpline(0.0), "table": table(1200)}
 SUBSTRATES = ("springs", "lj", "Cu_mishin1.eam.alloy")
 SAME = 1e-8
 """Largest difference of the loads, relative to pushing and pulling together: forces are left up to 1e-8 h'rms.

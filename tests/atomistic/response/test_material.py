@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+import scipy
 from scipy.optimize import brentq
 
 from atomistic.crystal.crystal import LAYER_SPACING
@@ -173,8 +174,8 @@ def test_a_material_is_a_model_in_reduced_units():
     assert material.lattice_constant == pytest.approx(np.sqrt(2))
     assert ContactModulus.of(material.elastic_constants).mean == pytest.approx(1, rel=1e-12)
     units = material.real_units
-    assert units.ev_angstrom("length") == pytest.approx(material.length, rel=1e-14)
-    assert units.ev_angstrom("energy") == pytest.approx(material.energy, rel=1e-12)
+    assert units.si("length") == pytest.approx(material.length * scipy.constants.angstrom, rel=1e-14)
+    assert units.si("energy") == pytest.approx(material.energy * scipy.constants.eV, rel=1e-12)
     assert material.coupled_layers == 6  # twice 5.507 Å over layers of 1.807 Å
     assert model_of(LennardJones()).real_units is None
     springs = Springs()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import inspect
 import warnings
 from pathlib import Path
@@ -180,37 +179,13 @@ def test_the_argument_that_is_wrong_is_named(maps: Any, options: dict[str, Any],
         c.predict(*maps, **KNOWN | options)
 
 
-OPTIONS = (
-    "size", "unit", "dataset", "part", "join", "periodic", "override_size", "detrend", "fill", "crop", "cutoff", "tip",
-    "smallest", "material", "modulus", "poisson", "contact_modulus", "work", "range", "spacing", "probe", "solve",
-    "threads",
-)  # fmt: skip
-
-
-@pytest.mark.parametrize("name", OPTIONS)
+@pytest.mark.parametrize("name", [name for name in inspect.signature(c.predict).parameters if name != "maps"])
 @given(value=ANYTHING)
-@settings(max_examples=8)  # of each of 23 options
+@settings(max_examples=8)  # of each of 25 options
 def test_no_argument_of_predict_ends_in_an_error_from_the_depths(name: str, value: object) -> None:
     if name == "solve" and isinstance(value, bool | np.bool_) and value:
         return  # that would be a long test of the solver
     refused_by_name(lambda **options: c.predict(ROUGH[:16, :16], **options), KNOWN, name, value)
-
-
-CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
-    "analyse": (c.analyse, {"result": "no.h5"}),
-    "plot": (c.plot, {"result": "no.h5", "folder": None}),
-    "examples": (c.examples, {"about": 3}),
-}
-
-
-@pytest.mark.parametrize("call", CALLS)
-@given(data=st.data())
-@settings(max_examples=15, deadline=None)
-def test_the_other_functions_name_their_arguments_too(call: str, data: st.DataObject) -> None:
-    function, known = CALLS[call]
-    name, value = data.draw(st.sampled_from(sorted(known))), data.draw(ANYTHING)
-    with contextlib.suppress(c.StoreError):  # a name of a file that is not there is named itself
-        assert refused_by_name(function, known, name, value)
 
 
 def patterns(shape: tuple[int, ...], kind: str, rng: np.random.Generator) -> np.ndarray[Any, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -20,6 +20,7 @@ from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJ
 from continuum.model.walls.attraction import AttractionOnCore, Shape, attraction_on_core
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.theory import paper
+from tests import kinds
 from tests.kinds import IN_UNITS
 
 RANGES = [0.10954, 0.34641, 1.09545]
@@ -131,7 +132,7 @@ def test_a_law_that_is_none_is_refused(bad: dict[str, float]) -> None:
         LennardJonesSpline(**bad)
 
 
-@pytest.mark.parametrize("shape", ["spline", "exponential"])
+@pytest.mark.parametrize("shape", get_args(Shape))
 @given(st.floats(-4, 1.5), st.floats(-2, 1.5), st.floats(-2, 1))
 @settings(max_examples=8)
 def test_an_attraction_on_a_core_has_the_work_and_the_range_asked_for(
@@ -195,11 +196,7 @@ def test_the_largest_tension_and_softening_are_those_of_samples(kind: str) -> No
     assert wall.largest_softening >= -sampled.stiffness.min() * (1 - 1e-12)
 
 
-UNTRUNCATED: dict[str, Wall] = {
-    "9-3": InversePowers((9, 3), adhesion_length=0.005),
-    "12-6": InversePowers((12, 6), adhesion_length=0.005),
-    "exponential": Exponential(0.005, 0.3, 2.0),
-}
+UNTRUNCATED = {name: wall for name, wall in kinds.WALLS.items() if np.isinf(wall.reach)}
 
 
 @pytest.mark.parametrize("wall", UNTRUNCATED.values(), ids=UNTRUNCATED.keys())
@@ -216,7 +213,7 @@ def test_every_law_knows_its_own_numbers(wall: Wall) -> None:
 
 
 def test_numbers_of_the_untruncated_laws() -> None:
-    ninethree, twelvesix = UNTRUNCATED["9-3"], UNTRUNCATED["12-6"]
+    ninethree, twelvesix = (InversePowers(powers, adhesion_length=0.005) for powers in ((9, 3), (12, 6)))
     for wall in (ninethree, twelvesix):
         assert wall.work_of_adhesion == pytest.approx(0.005, rel=1e-12)
     assert ninethree.effective_range == pytest.approx(1.15294, abs=5e-6)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -18,7 +19,8 @@ from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Substrate
 from continuum.model.surface import SelfAffine
 from continuum.model.surfaces import CylinderSurface, sphere
-from continuum.model.walls import HardWall, InversePowers, LennardJonesSpline, attraction_on_core
+from continuum.model.walls import HardWall, LennardJonesSpline, attraction_on_core
+from continuum.model.walls.attraction import Shape
 from continuum.path import threshold
 from continuum.path.gradient import Tangent
 from continuum.path.loading import solve
@@ -156,11 +158,10 @@ def test_the_response_on_a_core_is_that_of_the_matrix(seed: int, stiffness: floa
     np.testing.assert_allclose(found.ravel(), exact, rtol=0, atol=1e-8 * np.abs(exact).max())
 
 
-LAWS: dict[str, tuple[float, WallOfWork]] = {
-    "spline": (CORE, spline(0.08)),
-    "exponential": (CORE, exponential(0.08)),
-    "the paper's": (0.5, lambda work: LennardJonesSpline(adhesion_length=work)),
-    "9-3": (0.5, lambda work: InversePowers((9, 3), adhesion_length=work, core=0.5)),
+LAWS: dict[str, WallOfWork] = {
+    "spline": spline(0.08),
+    "exponential, short": exponential(0.08),
+    **kinds.OF_WORK,
 }
 SUBSTRATES: dict[str, Substrate] = {
     **{name: one for name, one in kinds.SUBSTRATES.items() if not hasattr(one, "open_boundary")},
@@ -181,19 +182,18 @@ def test_both_forms_hold_the_estimate_under_each_law_on_each_substrate_and_grid(
 ) -> None:
     grid = Grid(shape, (float(shape[0]), float(shape[1])))
     heights = rough(grid) if shape[0] > 1 else np.tile(rough(Grid.square(301))[0], (1, 1))
-    core, wall_of = LAWS[law]
-    state = pressed(heights, grid, 0.05, core, SUBSTRATES[substrate])
-    found = state.threshold(wall_of)
+    state = pressed(heights, grid, 0.05, core_stiffness(LAWS[law](0.005)), SUBSTRATES[substrate])
+    found = state.threshold(LAWS[law])
     assert 0 < found.low <= found.work <= found.high
     assert found.area_rep == pytest.approx(0.05, abs=1.5 / grid.size + 0.0005)
-    wall = wall_of(found.dmt)
+    wall = LAWS[law](found.dmt)
     assert state.load == pytest.approx(found.dmt * state.grid.mean(state.attraction(wall)[0]), rel=1e-5)
 
 
 def test_a_law_whose_range_goes_with_its_work_has_the_range_of_the_threshold() -> None:
     # Each work changes the next by half of its own change, here: a thousandth of the attraction takes seven of them.
-    core, wall_of = LAWS["the paper's"]
-    state = pressed(rough(), GRID, 0.03, core)
+    wall_of = LAWS["lennard-jones-spline"]
+    state = pressed(rough(), GRID, 0.03, 0.5)
     found = state.threshold(wall_of)
     reach = wall_of(found.work).range
 
@@ -203,10 +203,12 @@ def test_a_law_whose_range_goes_with_its_work_has_the_range_of_the_threshold() -
     assert state.threshold(same_range).work == pytest.approx(found.work, rel=2e-3)
 
 
-@pytest.mark.parametrize(("law", "substrate"), [("spline", "layered-half-space"), ("the paper's", "half-space")])
+@pytest.mark.parametrize(
+    ("law", "substrate"), [("spline", "layered-half-space"), ("lennard-jones-spline", "half-space")]
+)
 def test_the_threshold_by_search_lies_there(law: str, substrate: str) -> None:
-    heights, (core, wall_of) = rough(), LAWS[law]
-    found = pressed(heights, GRID, 0.05, core, SUBSTRATES[substrate]).threshold(wall_of)
+    heights, wall_of = rough(), LAWS[law]
+    found = pressed(heights, GRID, 0.05, core_stiffness(wall_of(0.005)), SUBSTRATES[substrate]).threshold(wall_of)
     contact = c.Contact(heights, wall_of(found.dmt), SUBSTRATES[substrate], GRID.lengths, tolerance=1e-4)
     searched = contact.find_threshold(wall_of, area=0.05).require()
     # The bound of docs/studies/one_state.md for a mean: one small surface of some ten patches is far less than a class.
@@ -245,8 +247,8 @@ def test_an_area_that_is_jumped_over_is_one_clear_error() -> None:
         pressed(sphere(grid, 100.0), grid, np.pi * 8.3**2 / grid.size)
 
 
-@pytest.mark.parametrize("shape", ["spline", "exponential"])
-def test_the_core_of_a_law_is_what_it_was_made_with(shape: str) -> None:
+@pytest.mark.parametrize("shape", get_args(Shape))
+def test_the_core_of_a_law_is_what_it_was_made_with(shape: Shape) -> None:
     """Beside the kink of a tabulated spline its pieces bend: with a stiffness from there thresholds are a tenth off."""
     for reach in (0.05, 0.2, 0.4):
         assert core_stiffness(attraction_on_core(shape, 0.002 * reach, reach, 5.0)) == pytest.approx(5.0, rel=1e-6)

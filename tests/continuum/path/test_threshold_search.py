@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any, cast, get_args
 
 import h5py
 import numpy as np
@@ -19,6 +19,7 @@ from continuum.files.tables import identity
 from continuum.front.contact import FoundThreshold
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
+from continuum.model.walls.attraction import Shape
 from continuum.path import threshold_search
 from continuum.path.equilibrium import equilibrium
 from continuum.path.state import Outcome, PathState, Search
@@ -52,7 +53,7 @@ def found(seed: int = 1, reach: float = 0.5, shape: str = "spline", area: float 
     return contact.find_threshold(wall, area=area).require()
 
 
-@pytest.mark.parametrize(("shape", "seed"), covering(["spline", "exponential"], [1, 2]))
+@pytest.mark.parametrize(("shape", "seed"), covering(get_args(Shape), [1, 2]))
 def test_the_load_at_the_area_changes_its_sign_there(seed: int, shape: str) -> None:
     searched, wall = found(seed, shape=shape), law(0.5, shape)
     assert searched.bracket is not None

@@ -239,7 +239,8 @@ def test_a_path_is_reversible_and_resumes() -> None:
     for down, up in zip(states[:3], states[:3:-1], strict=True):
         np.testing.assert_allclose(up.gap, down.gap, atol=1e-7)
     # A state goes on from its gap alone.
-    known = [state_of(problem, "mean-gap", s.target, s.branch, s.gap.copy()) for s in states[1:3]]
+    bare = [Solution(s.gap.copy(), Status.CONVERGED, 0.0, 0) for s in states[1:3]]
+    known = [state_of(problem, "mean-gap", s.target, s.branch, one) for s, one in zip(states[1:3], bare, strict=True)]
     resumed = next(follow(problem, "mean-gap", targets[3:], Settings(1e-9), known))
     np.testing.assert_array_equal(resumed.gap, states[3].gap)
 
