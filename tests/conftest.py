@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 # Whether a test passes must not depend on how fast the machine is, on who else uses it, or on what is drawn that day:
 # examples are drawn from a seed.  `make search` draws more of them, and others each time.
 settings.register_profile("any machine", deadline=None, derandomize=True, max_examples=12)
+settings.register_profile("few", settings.get_profile("any machine"), max_examples=2)  # that a thing runs at all
 settings.register_profile("search", deadline=None, max_examples=200)
 settings.load_profile("any machine")
 

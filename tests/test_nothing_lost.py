@@ -13,7 +13,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from io import BytesIO, StringIO, TextIOWrapper
 from pathlib import Path
 from typing import Any
@@ -138,13 +138,15 @@ def test_a_mark_that_a_killed_process_left_is_no_lock(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-@pytest.fixture
+@contextmanager
 def little() -> Iterator[None]:
     """No file of this process can be larger than a small disk."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.fixture
@@ -157,14 +159,14 @@ def stored(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("command", [["run", "run.toml", "--force", "-o", "results"], ["plot", "results/run.h5"]])
 def test_a_full_disk_is_one_message_and_leaves_the_older_result(
-    command: list[str], stored: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest,
-    capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+    command: list[str], stored: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     before = content(stored.parent)
     monkeypatch.chdir(stored.parents[1])
     capsys.readouterr()
-    request.getfixturevalue("little")
-    assert continuum.cli.main(command) == 2
+    with little():
+        code = continuum.cli.main(command)
+    assert code == 2
     error = capsys.readouterr().err
     assert "cannot be written: File too large" in error
     assert "Traceback" not in error
@@ -292,14 +294,21 @@ def test_a_reader_that_has_seen_enough_of_a_table_is_no_fault() -> None:
     assert done.stderr == "stopped, as the output cannot be written; finished work is stored\n"
 
 
-@pytest.mark.parametrize("opened", [pty.openpty, pytest.param(os.pipe, marks=pytest.mark.long)])
-def test_a_terminal_or_a_reader_that_is_gone_stops_a_run_in_order(
-    tmp_path: Path, opened: Callable[[], tuple[int, int]]
+@pytest.mark.parametrize(
+    ("opened", "words"),
+    [
+        (pty.openpty, ["check", "run.toml"]),
+        pytest.param(pty.openpty, ["run", "run.toml", "-o", "results"], marks=pytest.mark.long),
+        pytest.param(os.pipe, ["run", "run.toml", "-o", "results"], marks=pytest.mark.long),
+    ],
+)
+def test_a_terminal_or_a_reader_that_is_gone_stops_a_command_in_order(
+    tmp_path: Path, opened: Callable[[], tuple[int, int]], words: list[str]
 ) -> None:
     """Nothing can be said any more, which is no fault of the input."""
     (tmp_path / "run.toml").write_text(SMALL)
     ours, theirs = opened()
-    command = [sys.executable, "-m", "continuum", "run", "run.toml", "-o", "results"]
+    command = [sys.executable, "-m", "continuum", *words]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     with (tmp_path / "log").open("w") as log:
         process = subprocess.Popen(
