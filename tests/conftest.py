@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 # Whether a test passes must not depend on how fast the machine is, on who else uses it, or on what is drawn that day:
 # examples are drawn from a seed.  `make search` draws more of them, and others each time.
 settings.register_profile("any machine", deadline=None, derandomize=True, max_examples=12)
+settings.register_profile("few", settings.get_profile("any machine"), max_examples=2)  # that a thing runs at all
 settings.register_profile("search", deadline=None, max_examples=200)
 settings.load_profile("any machine")
 
@@ -27,7 +28,7 @@ for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 # Processes of MPI spin where they wait for one another: on a busy machine for the time of the others, seconds each.
 os.environ.setdefault("MPIR_CVAR_CH4_PROGRESS_THROTTLE", "1")
-os.environ.setdefault("MPIR_CVAR_CH4_PROGRESS_THROTTLE_NO_PROGRESS_COUNT", "64")
+os.environ.setdefault("MPIR_CVAR_CH4_PROGRESS_THROTTLE_NO_PROGRESS_COUNT", "8")
 
 
 # Modules and tests, a million objects, stay to the end.  To search them for what can be freed takes a sixth of the time

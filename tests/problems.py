@@ -103,7 +103,7 @@ def lattice(n: int, name: str, depth: float | None = None) -> LatticeResponse:
 
 
 def on_atoms(
-    n: int = 16, slope: float = 0.01, adhesion_length: float = 0.0, area: float = 0.15, name: str = "springs"
+    n: int = 12, slope: float = 0.01, adhesion_length: float = 0.0, area: float = 0.15, name: str = "springs"
 ) -> tuple[ContactProblem, PathState, Deck]:
     """A rough wall at about the repulsive area wanted, in equilibrium with the lattice, and its deck."""
     from atomistic.lammps.deck import Deck

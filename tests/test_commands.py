@@ -15,6 +15,7 @@ import atomistic.cli
 import continuum
 import continuum.cli
 from continuum.errors import EXIT_CODES
+from continuum.show.plot import new_figure, save_figure, written_as
 from tests.problems import SMALL
 
 if TYPE_CHECKING:
@@ -74,15 +75,21 @@ def test_figures_come_in_the_formats_asked_for(tmp_path: Path, capsys: pytest.Ca
     assert continuum.cli.main(["run", str(tmp_path / "small.toml"), "-o", str(tmp_path), "-q"]) == 0
     capsys.readouterr()
     stored = str(tmp_path / "small.h5")
-    assert continuum.cli.main(["plot", stored, "--format", "svg"]) == 0
-    assert [Path(line).suffix for line in capsys.readouterr().out.split()] == [".svg", ".svg"]
-    assert not [*tmp_path.glob("*.png"), *tmp_path.glob("*.pdf")]
-    drawn = (tmp_path / "small-contact.svg").read_bytes()
-    assert drawn.startswith(b"<?xml")
     assert continuum.cli.main(["plot", stored, "--format", "svg", "--format", "pdf"]) == 0
-    assert (tmp_path / "small-contact.svg").read_bytes() == drawn
+    assert [Path(line).suffix for line in capsys.readouterr().out.split()] == [".svg", ".svg"]
+    assert (tmp_path / "small-contact.svg").read_bytes().startswith(b"<?xml")
     assert (tmp_path / "small-contact.pdf").read_bytes().startswith(b"%PDF")
-    assert not [*tmp_path.glob("*.png")]
+    assert {path.suffix for path in tmp_path.glob("small-*")} == {".svg", ".pdf"}
+
+
+def test_a_figure_that_is_drawn_again_has_the_same_bytes(tmp_path: Path) -> None:
+    with written_as(["svg", "pdf"]):
+        for name in "ab":
+            figure = new_figure(3, 2)
+            figure.add_subplot().plot([0, 1], [0, 1])
+            save_figure(figure, tmp_path / name)
+    for suffix in ("svg", "pdf"):
+        assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
 
 
 @pytest.mark.parametrize(("main", "app"), PROGRAMS)

@@ -154,7 +154,10 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> str:
     words, files = zip(*NEW.values(), strict=True)
     tests = sorted({f"tests/{name}.py" for each in files for name in each.split()})
     environment = os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", "-k", " or ".join(("test_page", *words))]
+    command = [
+        sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", "--hypothesis-profile", "few",
+        "-k", " or ".join(("test_page", *words)),
+    ]  # fmt: skip
     done = subprocess.run(
         [*command, "test_page.py", *tests], cwd=copy, env=environment, capture_output=True, text=True, check=False
     )

@@ -10,9 +10,11 @@ import sys
 import textwrap
 import tomllib
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
 from functools import cache
 from importlib.util import find_spec
+from io import StringIO
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
@@ -211,8 +213,6 @@ class Told(NamedTuple):
     """Text for text; each must stand in the page."""
     leaves: tuple[str, ...] = ()
     """Files that are there afterwards."""
-    may_warn: bool = False
-    """Whether what it imports, and is not ours, may warn."""
     first: int | None = None
     """Blocks from the beginning that are followed; all if None."""
 
@@ -239,18 +239,11 @@ def blocks(page: str) -> list[tuple[str, str]]:
     return [(block[2], textwrap.dedent(block[3])) for block in found]
 
 
-def follow(page: str, told: Told, folder: Path) -> None:
-    """Do what a page says, block by block, in a folder of its own; the commands are those of this checkout.
+def follow(page: str, told: Told, folder: Path, ran: Callable[[str, str], str]) -> None:
+    """Do what a page says, block by block, each of which `ran` returns the print of; the folder is where it runs.
 
     The block before a block of text prints each of its lines.
     """
-    programs = folder / ".bin"
-    programs.mkdir()
-    for name in ("continuum", "atomistic"):
-        (programs / name).write_text(f'#!/bin/sh\nexec {sys.executable} -m {name} "$@"\n')
-        (programs / name).chmod(0o755)
-    path = f"{programs}:{Path(sys.executable).parent}:{os.environ['PATH']}"
-    environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"}
     done, printed, unused = 0, "", set(told.instead)
     for language, code in blocks(page)[: told.first]:
         for old, new in told.instead.items():
@@ -261,23 +254,56 @@ def follow(page: str, told: Told, folder: Path) -> None:
         elif language == "text":
             assert set(code.splitlines()) <= set(printed.splitlines()), f"{code}\nis not in what is printed:\n{printed}"
         elif language in ("", "sh", "python"):
-            program = (sys.executable, *(() if told.may_warn else ("-W", "error")))
-            program = program if language == "python" else ("bash", "-euo", "pipefail")
-            ended = subprocess.run(
-                [*program, "-c", code],
-                cwd=folder,
-                env=environment,
-                capture_output=True,
-                text=True,
-                timeout=1200,
-                check=False,
-            )
-            assert ended.returncode == 0, f"{code}\n{ended.stdout[-2000:]}{ended.stderr[-2000:]}"
-            done, printed = done + 1, ended.stdout
+            done, printed = done + 1, ran(language, code)
     assert done
     assert not unused, "the page says something else by now"
     for name in told.leaves:
         assert (folder / name).stat().st_size > 500, name
+
+
+def here(language: str, code: str) -> str:
+    """What a block prints in this process: a script, or lines each of which is a command of ours or nothing."""
+    printed = StringIO()
+    with redirect_stdout(printed):
+        if language == "python":
+            exec(code, {"__name__": "__main__"})
+            return printed.getvalue()
+        for line in code.splitlines():
+            command, _, file = line.partition("#")[0].partition(">")
+            program, *words = command.split() or [":"]
+            into = StringIO()
+            with redirect_stdout(into if file else printed):
+                assert program == ":" or {"continuum": continuum, "atomistic": atomistic}[program].cli.main(words) == 0
+            if file:
+                Path(file.strip()).write_text(into.getvalue(), encoding="utf-8")
+    return printed.getvalue()
+
+
+def in_processes(folder: Path) -> Callable[[str, str], str]:
+    """As :func:`here`, in a shell; the commands are those of this checkout."""
+    programs = folder / ".bin"
+    programs.mkdir()
+    for name in ("continuum", "atomistic"):
+        (programs / name).write_text(f'#!/bin/sh\nexec {sys.executable} -m {name} "$@"\n')
+        (programs / name).chmod(0o755)
+    path = f"{programs}:{Path(sys.executable).parent}:{os.environ['PATH']}"
+    environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"}
+
+    def ran(language: str, code: str) -> str:
+        program = (sys.executable, "-W", "error") if language == "python" else ("bash", "-euo", "pipefail")
+        ended = subprocess.run(
+            [*program, "-c", code],
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=1200,
+            check=False,
+        )
+        assert ended.returncode == 0, f"{code}\n{ended.stdout[-2000:]}{ended.stderr[-2000:]}"
+        return ended.stdout
+
+    return ran
 
 
 def test_the_page_of_predictions_is_a_manual_not_a_logbook() -> None:
@@ -300,14 +326,15 @@ def test_the_code_of_every_page_that_shows_some_to_follow_is_run() -> None:
 
 
 @pytest.mark.parametrize("page", TOLD)
-def test_a_page_can_be_followed_as_printed(page: str, tmp_path: Path) -> None:
-    follow(page, TOLD[page], tmp_path)
+def test_a_page_can_be_followed_as_printed(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    follow(page, TOLD[page], tmp_path, here)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("page", TOLD_AT_LENGTH)
-def test_a_longer_page_can_be_followed_as_printed(page: str, tmp_path: Path) -> None:
-    follow(page, TOLD_AT_LENGTH[page], tmp_path)
+@pytest.mark.parametrize("page", TOLD | TOLD_AT_LENGTH)
+def test_a_page_can_be_followed_in_a_shell(page: str, tmp_path: Path) -> None:
+    follow(page, (TOLD | TOLD_AT_LENGTH)[page], tmp_path, in_processes(tmp_path))
 
 
 def test_the_map_of_the_tutorial_is_what_its_script_makes() -> None:

@@ -12,9 +12,9 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Sequence
-from contextlib import redirect_stderr, redirect_stdout
-from io import StringIO
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from io import BytesIO, StringIO, TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -138,27 +138,39 @@ def test_a_mark_that_a_killed_process_left_is_no_lock(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        ["continuum", "run", "run.toml", "--force", "-o", "results"],
-        pytest.param(["continuum", "plot", "results/run.h5"], marks=pytest.mark.long),
-    ],
-    ids=["run", "plot"],
-)
-def test_a_full_disk_is_one_message_and_leaves_the_older_result(command: list[str], tmp_path: Path) -> None:
+@contextmanager
+def little() -> Iterator[None]:
+    """No file of this process can be larger than a small disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.fixture
+def stored(tmp_path: Path) -> Path:
+    """A run, and its result."""
     (tmp_path / "run.toml").write_text(SMALL)
+    assert continuum.cli.main(["run", str(tmp_path / "run.toml"), "-o", str(tmp_path / "results"), "-q"]) == 0
+    return tmp_path / "results" / "run.h5"
 
-    def little() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 
-    assert continuum.cli.main(["run", str(tmp_path / "run.toml"), "-o", str(tmp_path / "results")]) == 0
-    before = content(tmp_path / "results")
-    done = start(*command, folder=tmp_path, preexec_fn=little)
-    assert done.returncode == 2, (done.returncode, done.stderr)
-    assert "cannot be written: File too large" in done.stderr
-    assert "Traceback" not in done.stderr
-    assert content(tmp_path / "results") == before
+@pytest.mark.parametrize("command", [["run", "run.toml", "--force", "-o", "results"], ["plot", "results/run.h5"]])
+def test_a_full_disk_is_one_message_and_leaves_the_older_result(
+    command: list[str], stored: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = content(stored.parent)
+    monkeypatch.chdir(stored.parents[1])
+    capsys.readouterr()
+    with little():
+        code = continuum.cli.main(command)
+    assert code == 2
+    error = capsys.readouterr().err
+    assert "cannot be written: File too large" in error
+    assert "Traceback" not in error
+    assert content(stored.parent) == before
 
 
 def test_links_in_a_users_file_do_not_refuse_a_plain_dataset(own: Path) -> None:
@@ -174,19 +186,19 @@ def test_links_in_a_users_file_do_not_refuse_a_plain_dataset(own: Path) -> None:
 # --- messages --------------------------------------------------------------------------------------------------
 
 
-def test_a_terminal_that_is_not_utf8_gets_ascii(tmp_path: Path) -> None:
+def test_a_terminal_that_is_not_utf8_gets_ascii(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "run.toml").write_text(SMALL)
     (tmp_path / "bad.toml").write_text(SMALL.replace("hurst = 0.8", "hurst = 8.0"))
-    environment = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": ""}
-    both = "import sys; from continuum.cli import main\nfor n in 'run', 'bad': print(main(['check', n + '.toml']))"
-    whole = [sys.executable, "-c", both]
-    done = subprocess.run(
-        whole, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)} | environment, text=True, timeout=120,
-        check=True, capture_output=True,
-    )  # fmt: skip
-    assert done.stdout.isascii()
-    assert done.stdout.split()[-2:] == ["0", "2"]
-    assert "hurst" in done.stderr
+    out, error = (TextIOWrapper(BytesIO(), encoding="ascii", write_through=True) for _ in range(2))
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", out)
+        patch.setattr(sys, "stderr", error)
+        codes = [continuum.cli.main(["check", str(tmp_path / name)]) for name in ("run.toml", "bad.toml")]
+        codes.append(continuum.cli.main(["examples"]))
+    assert codes == [0, 2, 0]
+    printed, said = (stream.buffer.getvalue().decode() for stream in (out, error))
+    assert "kappa" in printed
+    assert "hurst" in said
 
 
 @pytest.mark.long
@@ -220,6 +232,9 @@ sys.exit(main(["run", "run.toml", "-o", "results", "-q"]))
 """
 
 
+STOPPED = "stopped; finished work is stored, and the same command continues from there\n"
+
+
 def hearing() -> None:
     """A test runner that was itself started in the background ignores these, and so do all that it starts."""
     for name in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM):
@@ -238,13 +253,14 @@ def waiting(folder: Path, *before: str) -> subprocess.Popen[str]:
     return process
 
 
-@pytest.mark.parametrize("stopped_by", [signal.SIGTERM, pytest.param(signal.SIGHUP, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("stopped_by", [signal.SIGTERM, signal.SIGHUP])
 def test_a_run_that_is_stopped_says_so(tmp_path: Path, stopped_by: signal.Signals) -> None:
     process = waiting(tmp_path)
     process.send_signal(stopped_by)
     _, error = process.communicate(timeout=120)
     assert process.returncode == 128 + stopped_by
-    assert error == "stopped; finished work is stored, and the same command continues from there\n"
+    assert error == STOPPED
 
 
 def test_in_the_background_only_kill_stops_a_run(tmp_path: Path) -> None:
@@ -260,7 +276,7 @@ def test_in_the_background_only_kill_stops_a_run(tmp_path: Path) -> None:
     process.terminate()
     _, error = process.communicate(timeout=120)
     assert process.returncode == 128 + signal.SIGTERM
-    assert error.startswith("stopped; ")
+    assert error == STOPPED
 
 
 def test_a_reader_that_has_seen_enough_of_a_table_is_no_fault() -> None:
@@ -278,14 +294,21 @@ def test_a_reader_that_has_seen_enough_of_a_table_is_no_fault() -> None:
     assert done.stderr == "stopped, as the output cannot be written; finished work is stored\n"
 
 
-@pytest.mark.parametrize("opened", [pty.openpty, pytest.param(os.pipe, marks=pytest.mark.long)])
-def test_a_terminal_or_a_reader_that_is_gone_stops_a_run_in_order(
-    tmp_path: Path, opened: Callable[[], tuple[int, int]]
+@pytest.mark.parametrize(
+    ("opened", "words"),
+    [
+        (pty.openpty, ["check", "run.toml"]),
+        pytest.param(pty.openpty, ["run", "run.toml", "-o", "results"], marks=pytest.mark.long),
+        pytest.param(os.pipe, ["run", "run.toml", "-o", "results"], marks=pytest.mark.long),
+    ],
+)
+def test_a_terminal_or_a_reader_that_is_gone_stops_a_command_in_order(
+    tmp_path: Path, opened: Callable[[], tuple[int, int]], words: list[str]
 ) -> None:
     """Nothing can be said any more, which is no fault of the input."""
     (tmp_path / "run.toml").write_text(SMALL)
     ours, theirs = opened()
-    command = [sys.executable, "-m", "continuum", "run", "run.toml", "-o", "results"]
+    command = [sys.executable, "-m", "continuum", *words]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     with (tmp_path / "log").open("w") as log:
         process = subprocess.Popen(
@@ -347,26 +370,26 @@ def test_a_number_of_threads_that_no_library_takes_is_one_message(
     )
 
 
-def test_a_command_draws_whatever_back_end_is_meant_for_windows(tmp_path: Path) -> None:
-    (tmp_path / "run.toml").write_text(SMALL)
-    assert continuum.cli.main(["run", str(tmp_path / "run.toml"), "-o", str(tmp_path)]) == 0
-    command = ("continuum", "plot", "run.h5", "--format", "png")
-    done = start(*command, folder=tmp_path, environment={"MPLBACKEND": "nonsense"})
+def test_a_command_draws_whatever_back_end_is_meant_for_windows() -> None:
+    """Whatever the command is, what draws can be imported after it has begun."""
+    program = "from continuum.cli import main; assert main(['--help']) == 0; import continuum.show.plot"
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "nonsense"}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
-    assert list(tmp_path.rglob("*.png"))
+    assert "Usage" in done.stdout
 
 
 def test_a_fault_in_many_places_is_said_in_twenty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "a.toml").write_text(SMALL + "".join(f"\n[table{i}]" for i in range(3000)))
+    (tmp_path / "a.toml").write_text(SMALL + "".join(f"\n[table{i}]" for i in range(300)))
     assert continuum.cli.main(["check", str(tmp_path / "a.toml")]) == 2
     error = capsys.readouterr().err
-    assert "3000 faults" in error
-    assert "and 2980 more" in error
+    assert "300 faults" in error
+    assert "and 280 more" in error
     assert len(error) < 10_000
 
 
 @pytest.mark.parametrize(
-    "deep", ["a." * 5000 + "b = 1", "a = " + "[" * 200 + "]" * 200, "a = " + "[" * 9000 + "]" * 9000]
+    "deep", ["a." * 2000 + "b = 1", "a = " + "[" * 200 + "]" * 200, "a = " + "[" * 9000 + "]" * 9000]
 )
 def test_deep_nesting_is_refused(tmp_path: Path, deep: str, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.toml").write_text(f"{deep}\n{SMALL}")

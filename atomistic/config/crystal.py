@@ -228,10 +228,10 @@ class CrystalTable(Table):
         except ValueError as error:
             yield Fault(("modulus",), str(error))
         try:
-            if self.atoms is None:
-                cell_of(self.lattice, self.face)
-            else:
+            if self.atoms is not None:
                 size_of_atoms(self.given)
+            elif not self.own:  # which would import ASE's builders into every program
+                cell_of(self.lattice, self.face)
         except ArgumentError as error:
             yield Fault((error.name,), error.allowed)
         except Exception as error:  # whatever a reader of ASE raises

@@ -48,7 +48,7 @@ class WindowMean:
             return cls(mean, error, count, 0.0, False, 1.0, False)
         among = float(np.var(values, ddof=1))
         # Two estimates of one variance, with count - 1 degrees of freedom, and with BLOCKS - 2 in each window.
-        rare = within == 0 or float(scipy.stats.f.sf(among / within, count - 1, (BLOCKS - 2) * count)) < RARE
+        rare = within == 0 or float(scipy.special.fdtrc(count - 1, (BLOCKS - 2) * count, among / within)) < RARE
         drift, drifts = 0.0, False
         if count > 2:
             line = scipy.stats.linregress(np.arange(count), values)

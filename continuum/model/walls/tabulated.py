@@ -1,5 +1,7 @@
 """A wall law given as a table of traction against gap."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from functools import cached_property
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from atomistic.cli import main
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import engine
@@ -279,7 +280,7 @@ def test_commands_that_cannot_work_are_refused(tmp_path):
         run_command(directory, command="false")
 
 
-def test_the_doctor_finds_lammps_here():
+def test_the_doctor_finds_lammps_here_and_says_usable(monkeypatch, capsys):
     found = doctor()
     assert found.ok
     assert found.lmp
@@ -289,6 +290,9 @@ def test_the_doctor_finds_lammps_here():
     assert "MOLECULE" in found.packages
     assert found.problems == ()
     assert found.remedy is None
+    monkeypatch.setattr(engine, "doctor", lambda: found)
+    assert main(["doctor"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "usable"
 
 
 def test_the_doctor_says_what_is_missing(monkeypatch):

@@ -31,7 +31,7 @@ DECKS = {
         + SPRINGS
         + ROUGH
         + LAW
-        + '[protocol]\nkind = "sliding"\npressure = 0.05\ndistance = 0.04\n'
+        + '[protocol]\nkind = "sliding"\npressure = 0.05\ndistance = 0.02\n'
         "velocity = 0.02\ntemperature = 1e-6\nwindow = 1.0\n"
     ),
     "a wall of atoms that slides over a metal": (
@@ -39,7 +39,7 @@ DECKS = {
         + COPPER
         + WAVE
         + LAW
-        + '[protocol]\nkind = "sliding"\nseparation = 1.6\ndistance = 0.04\n'
+        + '[protocol]\nkind = "sliding"\nseparation = 1.6\ndistance = 0.02\n'
         "velocity = 0.02\ntemperature = 0.0\nwindow = 1.0\n"
     ),
 }

@@ -9,6 +9,7 @@ import ase.io.lammpsdata
 import numpy as np
 import pytest
 import xarray
+from matplotlib.figure import Figure
 
 import atomistic as a
 import continuum as c
@@ -137,7 +138,13 @@ def test_ovito_reads_the_data_file(run):
 
 def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path, monkeypatch):
     drawn = []
-    monkeypatch.setattr(decks, "save_figure", lambda figure, stem: drawn.append(figure) or save_figure(figure, stem))
+
+    def noted(figure: Figure, stem: Path) -> Path:
+        """Only one run is drawn into a file; all have figures that can be printed."""
+        drawn.append(figure)
+        return save_figure(figure, stem) if run.description.element == "Cu" else stem
+
+    monkeypatch.setattr(decks, "save_figure", noted)
     stored, figure, *walls = run.write(tmp_path / "out", compare=True)
     file = store.read_datasets(stored, "stickiness/deck-run", 2)
     assert file.attributes["finished"] is True
@@ -155,7 +162,8 @@ def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path, monke
     # Same wall, same mean gap, another elasticity: strains of some per cent.
     assert file["continuum/load"][-1] == pytest.approx(file["load"][-1], rel=0.3)
     assert file["continuum/same"].min() > 0.9
-    assert figure.stat().st_size > 10_000
+    assert any(axis.has_data() for axis in drawn[0].axes)
+    assert run.description.element != "Cu" or figure.stat().st_size > 10_000
     assert len(walls) == len(run.steps)
     assert len(run.sheets(compare=True)) == (2 if run.last.step == 0 else 3)
     real = run.description.real_units
