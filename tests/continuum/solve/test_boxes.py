@@ -86,7 +86,7 @@ def test_a_solve_that_does_not_stall_asks_no_box() -> None:
     assert [work.shape for work in state.solution.work] == [(256, 256), (128, 128)]
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(one, marks=pytest.mark.long) for one in (2, 3))])
 def test_what_snaps_far_from_equilibrium_is_carried_over_by_coarser_grids(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
