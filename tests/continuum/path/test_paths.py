@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
@@ -75,7 +75,9 @@ def test_control_by_pressure_is_control_by_mean_gap_at_the_same_state(wall: Wall
         np.testing.assert_allclose(by_separation.gap, by_pressure.gap, atol=1e-6)
 
 
-@pytest.mark.parametrize("wall", [LennardJonesSpline(0.3464), Exponential(0.005, 0.3, 5.0)])
+@pytest.mark.parametrize(
+    "wall", [LennardJonesSpline(0.3464), pytest.param(Exponential(0.005, 0.3, 5.0), marks=pytest.mark.long)]
+)
 def test_a_tension_is_held_up_to_pull_off_and_not_beyond(wall: Wall) -> None:
     problem = rough(64, wall)
     search = Search(event_resolution=1e-5)
@@ -109,7 +111,6 @@ def test_without_adhesion_no_tension_is_held() -> None:
 
 
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.005, 0.05]), st.floats(0.004, 0.3), st.sampled_from([0.01, 0.1]))
-@settings(max_examples=20)
 def test_an_area_is_met_or_said_to_be_jumped_over(seed: int, length: float, target: float, tolerance: float) -> None:
     problem = rough(64, LennardJonesSpline(adhesion_length=length), seed)
     # Half the area on the approach, then the target, then back.
@@ -158,7 +159,7 @@ ANY_WALL: list[Wall] = [
 
 @pytest.mark.parametrize("wall", ANY_WALL, ids=lambda wall: type(wall).__name__)
 def test_an_area_is_reached_there_and_back_under_every_wall(wall: Wall) -> None:
-    problem = rough(96, wall)
+    problem = rough(64, wall)
     gaps = [wall.zero_gap + gap for gap in (0.9, 0.6, 0.45, 0.7)]
     path = list(follow(problem, "mean-gap", gaps, Settings(1e-7)))
     areas = [state.area_rep for state in path]
@@ -166,7 +167,7 @@ def test_an_area_is_reached_there_and_back_under_every_wall(wall: Wall) -> None:
     assert [state.branch for state in found] == ["start", "approach", "approach", "retract"]
     for one, other in zip(found, path, strict=True):
         assert one.status.ok
-        # 1 % of the area, which may be just 7 of 700 points; where it grows by e in about 0.5 a0, that is 0.005 a0, and
+        # 1 % of the area, of 100 to 1000 points; where it grows by e in about 0.5 a0, that is 0.005 a0, and
         # twice that with half a point.
         assert one.area_rep == pytest.approx(other.area_rep, rel=0.01 * (1 + 1e-9), abs=0.5 / problem.grid.size)
         assert one.mean_gap == pytest.approx(other.mean_gap, abs=0.01)
@@ -243,7 +244,7 @@ def test_a_bracket_holds_the_jump_that_a_fine_path_finds() -> None:
     grid = Grid((64, 8), (64.0, 8.0))
     heights = sine(grid, 1.0, (1, 0))
     problem = ContactProblem(grid, LennardJonesSpline(adhesion_length=0.05), heights, HalfSpace("clamped"))
-    fine = 0.005
+    fine = 0.01
     ends = (3.2, 2.2)
     down = np.round(np.arange(ends[0], ends[1] - fine / 2, -fine), 6).tolist()
     path = list(follow(problem, "mean-gap", [*down, *down[-2::-1]], Settings(1e-8)))
