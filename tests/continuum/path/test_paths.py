@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import subprocess
 import sys
@@ -31,6 +32,7 @@ from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, Event, Outcome, PathState, Search
 from continuum.runs.config import LoadingTable, RunConfig
+from continuum.runs.result import Result
 from continuum.runs.run import follow_run
 from continuum.solve.solution import Settings, Status
 from tests.kinds import covering
@@ -312,7 +314,7 @@ def _arrays() -> int:
 def test_a_path_holds_one_field_between_points(
     control: Control, targets: list[float], resolution: float | None
 ) -> None:
-    problem, loose = rough(512, LennardJonesSpline(0.3464)), Settings(1e-5)
+    problem, loose = rough(256, LennardJonesSpline(0.3464)), Settings(1e-5)
     size = problem.grid.size * 8
     search = Search(event_resolution=resolution, area_tolerance=0.1)
     solver = solver_of(problem, loose)
@@ -351,28 +353,38 @@ fields = true
 )
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """The path that nothing has stopped."""
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "path.toml").write_text(PATH)
+    return follow_run(load(folder / "path.toml", RunConfig), folder / "whole.h5")
+
+
 @pytest.mark.parametrize(
     "points", [pytest.param(1, marks=pytest.mark.long), 3, pytest.param(5, marks=pytest.mark.long)]
 )
-def test_a_stopped_path_with_jumps_goes_on_as_if_it_had_not(tmp_path: Path, points: int) -> None:
+def test_a_stopped_path_with_jumps_goes_on_as_if_it_had_not(whole: Result, tmp_path: Path, points: int) -> None:
     (tmp_path / "path.toml").write_text(PATH)
     config = load(tmp_path / "path.toml", RunConfig)
-    whole = follow_run(config, tmp_path / "whole.h5")
     with pytest.raises(KeyboardInterrupt):
         follow_run(config, tmp_path / "stopped.h5", progress=stop_after(points, KeyboardInterrupt))
     assert follow_run(config, tmp_path / "stopped.h5").events == whole.events
-    same(tmp_path / "stopped.h5", tmp_path / "whole.h5")
+    same(tmp_path / "stopped.h5", whole.path)
     assert [step.status for step in whole.points[-2:]] == ["PULLED_OFF", "PULLED_OFF"]
     assert [event.kind for _, event in whole.events].count("pull-off") == 1
-    file = store.read_datasets(tmp_path / "whole.h5", RunConfig.result_schema, RunConfig.result_version)
+    file = store.read_datasets(whole.path, RunConfig.result_schema, RunConfig.result_version)
     assert file.attributes["smallest_load"] == min(e.before.load for _, e in whole.events if e.kind == "pull-off")
     weighted = (file["work/nx"] * file["work/ny"] * file["work/fft_pairs"]).sum(axis=1) / (24 * 30)
     np.testing.assert_allclose(weighted, file["fft_pairs"])
     assert (file["journal/fft_seconds"].sum(axis=1) <= file["journal/solve_seconds"]).all()
 
 
-def test_what_has_no_state_is_shown_with_both_sides(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_has_no_state_is_shown_with_both_sides(
+    whole: Result, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "path.toml").write_text(PATH)
+    shutil.copy(whole.path, tmp_path / "path.h5")
     assert main(["run", str(tmp_path / "path.toml"), "-o", str(tmp_path)]) == 1
     out = capsys.readouterr().out
     assert "pulled off" in out
