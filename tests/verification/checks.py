@@ -251,9 +251,9 @@ SPHERE_GRIDS, WAVE_GRIDS = (64, 128, 256, 512), (128, 256, 512, 1024, 2048)
 
 
 @cache
-def order(kind: str) -> tuple[float, tuple[int, ...], Real]:
+def order(kind: str, grids: tuple[int, ...] | None = None) -> tuple[float, tuple[int, ...], Real]:
     """Observed order of loads with the grid, the grids, and differences from the finest over the largest load."""
-    sizes = SPHERE_GRIDS if kind == "sphere" else WAVE_GRIDS
+    sizes = grids or (SPHERE_GRIDS if kind == "sphere" else WAVE_GRIDS)
     values = [sphere_loads(1.0, n) if kind == "sphere" else wave_pressures(n) for n in sizes]
     errors = np.array([np.sqrt(np.mean((v - values[-1]) ** 2)) for v in values[:-1]])
     found = -float(np.polyfit(np.log(sizes[:-1]), np.log(errors), 1)[0])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import atomistic as a
 import continuum as c
@@ -167,7 +168,7 @@ def test_what_is_not_converged_says_why_when_it_is_required(contact: c.Contact) 
         contact.press(pressure=-0.5).require()
 
 
-def test_commands_as_functions(tmp_path: Path) -> None:
+def test_commands_as_functions(tmp_path: Path, drawn: dict[str, Figure]) -> None:
     (tmp_path / "small.toml").write_text(SMALL)
     assert "memory" in c.check(tmp_path / "small.toml").sheet.text()
     result = c.run(tmp_path / "small.toml", tmp_path)
@@ -185,7 +186,7 @@ def test_commands_as_functions(tmp_path: Path) -> None:
     np.testing.assert_array_equal(data["attracted"][1, 3, 2:9], result.contact_map(1)[3, 2:9] == 1)
     assert data["status"].attrs["flag_meanings"].split()[data["status"][0].item()] == "CONVERGED"
     assert repr(result).endswith("5 points, 5 converged, 0 jumps)")
-    assert {path.name for path in c.plot(result.path)} == {"small-contact.png", "small-area-and-load.png"}
+    assert {path.name for path in c.plot(result.path)} == drawn.keys() == {"small-contact", "small-area-and-load"}
     assert len(c.plot(found)) == 4
     np.testing.assert_array_equal(result.contact_map(0) == 2, result.repulsive(0))
     for look in (result.gap, result.repulsive, result.contact_map):

@@ -206,7 +206,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
 
 @pytest.mark.parametrize("call", CALLS)
 @given(data=st.data())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)  # of each of 18
 def test_what_is_no_argument_is_refused_by_its_name(call: str, data: st.DataObject) -> None:
     function, good = CALLS[call]
     assert not refused_by_name(function, good, *next(iter(good.items())))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast, get_args
@@ -47,6 +48,7 @@ def law(range: float, shape: str = "spline", core: float = 5.0) -> WallOfWork:
     return of
 
 
+@cache
 def found(seed: int = 1, reach: float = 0.5, shape: str = "spline", area: float = 0.04) -> FoundThreshold:
     wall = law(reach, shape)
     contact = c.Contact(heights(seed), wall(0.001), period=GRID.lengths)

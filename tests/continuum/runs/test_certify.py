@@ -72,6 +72,13 @@ def test_a_gap_that_was_forged_is_told(change: Callable[[Real], Real], tmp_path:
     assert all(any("residual" in fault for fault in point.faults) for point in found.points)
 
 
+def with_one_point_elsewhere(maps: NDArray[Any]) -> NDArray[Any]:
+    """Packed maps of the same area, if it is not empty."""
+    points = np.unpackbits(maps, axis=-1, count=30)
+    points.reshape(-1)[[*{int(np.argmax(points == value)) for value in (0, 1)}]] ^= 1
+    return np.packbits(points, axis=-1)
+
+
 def other_values(value: float) -> tuple[float, ...]:
     """What may stand in the place of a number."""
     if np.isnan(value) or value == 0:
@@ -111,14 +118,7 @@ def test_whatever_number_of_a_point_is_changed_is_told_or_listed_as_not_looked_a
             judged = {check.quantity: check.ok for check in checks}
             assert not all(judged.values()) or name not in judged, (name, value)
     for name in ("repulsive", "attracted"):
-        for where in (slice(None), slice(200, 201)):
-
-            def inverted(maps: NDArray[Any], where: slice = where) -> NDArray[Any]:
-                points = np.unpackbits(maps, axis=-1, count=30)
-                points.reshape(-1)[where] ^= 1
-                return np.packbits(points, axis=-1)
-
-            assert not c.certify(forged(path, name, inverted)).ok, (name, where)
+        assert not c.certify(forged(path, name, with_one_point_elsewhere)).ok, name
 
 
 def test_where_nothing_was_looked_at_nothing_is_sound(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

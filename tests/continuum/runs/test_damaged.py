@@ -111,7 +111,7 @@ def read_all(path: Path) -> None:
         assert json.dumps(OpenedResults.of(path).states(0), allow_nan=False)
 
 
-@settings(max_examples=24)
+@settings(max_examples=16)
 @given(st.data())
 def test_a_damaged_result_is_read_or_said_to_be_damaged(whole: Path, data: st.DataObject) -> None:
     read_all(damaged(whole, *data.draw(st.sampled_from(damages(whole)))))

@@ -29,6 +29,7 @@ from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.run import follow_run
 from continuum.show.plot import written_as
 from continuum.sweeps.axes import Sweep
+from tests.kinds import covering
 from tests.problems import SMALL
 from tests.stored import ENGINES, content, opens_in_xarray, same, stop_after
 
@@ -72,10 +73,7 @@ def test_xarray_opens_every_group_of_it(whole: Path, engine: str) -> None:
     opens_in_xarray(whole, engine)
 
 
-@pytest.mark.parametrize(
-    "points", [1, pytest.param(2, marks=pytest.mark.long), pytest.param(3, marks=pytest.mark.long), 4]
-)
-@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+@pytest.mark.parametrize(("points", "error"), covering([1, 4], [RuntimeError, KeyboardInterrupt]))
 def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     small: Path, whole: Path, points: int, error: type[BaseException]
 ) -> None:

@@ -63,21 +63,20 @@ def bump(boxes: Boxes) -> Real:
     return found
 
 
-def test_a_solve_that_stalls_takes_half_the_iterations_to_the_same_contact() -> None:
-    iterations = {True: 0, False: 0}
-    for seed in (1, 2, 3):
-        problem = pinned(seed)
-        found = {boxes: solved(problem, boxes) for boxes in (True, False)}
-        for boxes, state in found.items():
-            assert state.status.ok
-            displacement = problem.displacement(state.gap, state.separation)
-            gradient = problem.gradient(displacement, state.separation)
-            assert np.sqrt(np.mean((gradient - gradient.mean()) ** 2)) < 2 * 3e-6
-            iterations[boxes] += state.solution.iterations
-        # Rims may rest a point farther on: 1 % of the area.
-        assert found[True].area_rep == pytest.approx(found[False].area_rep, rel=0.01)
-        assert found[True].load == pytest.approx(found[False].load, abs=0.02 * found[False].load_rep)
-    assert iterations[True] < 0.6 * iterations[False]  # 88 and 175 were seen
+@pytest.mark.parametrize("seed", [1, *(pytest.param(one, marks=pytest.mark.long) for one in (2, 3))])
+def test_a_solve_that_stalls_takes_half_the_iterations_to_the_same_contact(seed: int) -> None:
+    problem = pinned(seed)
+    found = {boxes: solved(problem, boxes) for boxes in (True, False)}
+    for state in found.values():
+        assert state.status.ok
+        displacement = problem.displacement(state.gap, state.separation)
+        gradient = problem.gradient(displacement, state.separation)
+        assert np.sqrt(np.mean((gradient - gradient.mean()) ** 2)) < 2 * 3e-6
+    # Rims may rest a point farther on: 1 % of the area.
+    assert found[True].area_rep == pytest.approx(found[False].area_rep, rel=0.01)
+    assert found[True].load == pytest.approx(found[False].load, abs=0.02 * found[False].load_rep)
+    # Seen: 22 and 47, 31 and 55, 35 and 72.
+    assert found[True].solution.iterations < 0.6 * found[False].solution.iterations
 
 
 def test_a_solve_that_does_not_stall_asks_no_box() -> None:
@@ -86,7 +85,7 @@ def test_a_solve_that_does_not_stall_asks_no_box() -> None:
     assert [work.shape for work in state.solution.work] == [(256, 256), (128, 128)]
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(one, marks=pytest.mark.long) for one in (2, 3))])
 def test_what_snaps_far_from_equilibrium_is_carried_over_by_coarser_grids(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -97,8 +97,10 @@ WALLS: dict[str, Wall] = {
 
 @pytest.mark.parametrize("name", WALLS)
 def test_a_given_mean_gap_has_the_same_state(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    problem, wall = problem_of(), WALLS[name]
-    tiled, whole = both(monkeypatch, lambda: solved(problem, wall, mean_gap=4.0 + wall.zero_gap))
+    """At mean gaps at which less than half of the tiles are attracted."""
+    problem, wall = problem_of((256, 256)), WALLS[name]
+    apart = 2.8 if name == "0.05" else 2.3
+    tiled, whole = both(monkeypatch, lambda: solved(problem, wall, mean_gap=apart + wall.zero_gap))
     assert_same(tiled, whole, wall)
     one, other = (totals_of(problem.grid, wall, each.gap) for each in (tiled, whole))
     assert one.load_rep == pytest.approx(other.load_rep, rel=1e-4)
@@ -156,8 +158,8 @@ def test_threads_change_no_bit() -> None:
 
 
 def test_what_was_solved_before_changes_no_bit() -> None:
-    problem = problem_of()
-    law, lift = law_of(problem.wall), 5.0 - problem.mean_height
+    problem = problem_of((256, 256))
+    law, lift = law_of(problem.wall), 3.0 - problem.mean_height
     other = law_of(LennardJonesSpline(adhesion_length=0.0005, minimum_stiffness=1.0))
 
     def solve(solver: Solver, law: Law, lift: float, mean_stiffness: float) -> Solution:
@@ -170,9 +172,9 @@ def test_what_was_solved_before_changes_no_bit() -> None:
 
 
 def test_a_start_has_the_same_state(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = problem_of()
-    start = solved(problem, mean_gap=5.4).gap - 0.4
-    assert_same(*both(monkeypatch, lambda: solved(problem, start=start)), problem.wall)
+    problem = problem_of((256, 256))
+    start = solved(problem, mean_gap=3.4).gap - 0.4
+    assert_same(*both(monkeypatch, lambda: solved(problem, start=start, mean_gap=3.0)), problem.wall)
 
 
 def test_a_start_that_is_far_is_left_to_the_whole_grid(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -227,14 +229,14 @@ def test_what_tiles_do_not_serve_is_left_to_the_whole_grid(
 
 @pytest.mark.parametrize("fault", ["SLOW", "NEWTON_STEPS", "DIRECTIONS", "TRIALS", "energy"])
 def test_the_whole_grid_goes_on_where_tiles_come_to_no_end(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = problem_of()
+    problem = problem_of((256, 256))
     if fault == "energy":
         rising = iter(range(9))
         monkeypatch.setattr(corrections._Tiles, "energy", lambda *_: float(next(rising)))
     else:
         monkeypatch.setattr(corrections, fault, 1e-9 if fault == "SLOW" else 0)
     # At the default tolerance gaps differ by some 1e-5 a0, and by that a point on the edge of a contact.
-    tiled, whole = both(monkeypatch, lambda: solved(problem, settings=Settings(1e-9)))
+    tiled, whole = both(monkeypatch, lambda: solved(problem, mean_gap=3.0, settings=Settings(1e-9)))
     assert np.array_equal(tiled.gap < 1.0, whole.gap < 1.0)
     assert tiled.iterations > 4
     assert len(tiled.history) == tiled.iterations + 1
@@ -250,11 +252,11 @@ def stepped(problem: ContactProblem, gaps: list[float]) -> Solution:
 
 
 def test_what_snaps_is_carried_over_on_the_tiles(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Between these mean gaps an asperity snaps; the approach in steps of a tenth shows where it comes to.
+    # Between these mean gaps an asperity snaps; the approach in steps of a fiftieth shows where it comes to.
     problem = problem_of((256, 256), 0.05)
     with monkeypatch.context() as whole_grid:
         whole_grid.setattr(tiles_of_cpu, "SMALLEST", NEVER)
-        approach = stepped(problem, np.linspace(4.2, 4.0, 41).tolist())
+        approach = stepped(problem, np.linspace(4.2, 4.0, 11).tolist())
         before = stepped(problem, [4.2, 4.15, 4.1, 4.05]).gap - 0.05
         slow = solved(problem, start=before, mean_gap=4.0, settings=BASIN)
     tiles: list[corrections._Tiles] = []

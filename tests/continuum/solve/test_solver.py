@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import brentq
 
 from continuum.arguments import ArgumentError
 from continuum.measure.contact import ATTRACTED, OUT_OF_RANGE, REPULSIVE, contact_map, totals_of
@@ -27,6 +26,7 @@ from continuum.solve.solution import NotConvergedError, Settings, Status
 from continuum.solve.solver import Solver
 from continuum.theory.smooth import Hertz
 from tests.classical import Westergaard
+from tests.kinds import covering
 from tests.problems import Rough, touching
 
 TIGHT = Settings(tolerance=1e-9)
@@ -43,7 +43,7 @@ def residual(problem: ContactProblem, state: PathState) -> float:
 STIFF = LennardJonesSpline(0.0, minimum_stiffness=50.0)
 
 
-@pytest.mark.parametrize("indentation", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize("indentation", [1.0, pytest.param(2.0, marks=pytest.mark.long), 4.0])
 def test_hertz(indentation: float) -> None:
     radius = 100.0
     grid = Grid.square(160)
@@ -75,7 +75,7 @@ def test_westergaard_wave(fraction: float) -> None:
         # The amplitude keeps the wave's full pressure at 0.1 E*; the wall yields p/k = 0.002.
         problem = ContactProblem(grid, STIFF, sine(grid, 64 * 0.1 / np.pi, (1, 0)), HalfSpace("free"))
         wave = Westergaard(64 * 0.1 / np.pi, 64.0, fraction * 0.1)
-        state = solve_at_pressure(problem, wave.mean_pressure)
+        state = solve(problem, "mean-pressure", wave.mean_pressure, TIGHT).require()
         x = np.minimum(grid.positions[0], 64 - grid.positions[0])
         exact = wave.pressure(np.broadcast_to(x, grid.shape))
         errors.append(float(np.sqrt(np.mean((STIFF.evaluate(state.gap).traction - exact) ** 2))) / 0.1)
@@ -86,16 +86,6 @@ def test_westergaard_wave(fraction: float) -> None:
     # p*/k = 0.002 a0.
     assert errors[1] < 0.02
     assert errors[1] < max(errors[0], 0.002)
-
-
-def solve_at_pressure(problem: ContactProblem, pressure: float) -> PathState:
-    """State of a given mean pressure: a root in the mean gap, between full contact and first touch."""
-
-    def at(mean_gap: float) -> PathState:
-        return solve(problem, "mean-gap", mean_gap, TIGHT)
-
-    touch = problem.mean_height + problem.wall.zero_gap
-    return at(brentq(lambda gap: at(gap).load - pressure, 0.98, touch, xtol=1e-9))
 
 
 # --- one state, reached in different ways ------------------------------------------------------------------
@@ -154,8 +144,10 @@ def test_coarser_grids_save_work_and_change_nothing() -> None:
     assert cascade.solution.iterations < alone.solution.iterations / 2
 
 
-@pytest.mark.parametrize("adhesion_length", [0.0, 0.05])
-def test_sides_of_any_number_of_points_have_coarser_grids(adhesion_length: float) -> None:
+@pytest.mark.parametrize(
+    ("adhesion_length", "shape"), covering([0.0, 0.05], [(257, 254), (250, 251)])
+)  # primes, and twice primes
+def test_sides_of_any_number_of_points_have_coarser_grids(adhesion_length: float, shape: tuple[int, int]) -> None:
     """As many iterations as on 256², to a half, and the same contact but for where the points lie."""
 
     def found(shape: tuple[int, int]) -> PathState:
@@ -167,15 +159,14 @@ def test_sides_of_any_number_of_points_have_coarser_grids(adhesion_length: float
         ).require()
 
     even = found((256, 256))
-    for shape in ((257, 254), (250, 251)):  # primes, and twice primes
-        odd = found(shape)
-        assert [work.shape for work in odd.solution.work][:2] == [shape, (128, 128)]
-        assert odd.solution.iterations <= 1.5 * even.solution.iterations
-        # The smallest wavelength is 16 points, of which an edge of a contact may miss one or two.
-        assert odd.area_rep == pytest.approx(even.area_rep, rel=0.05)
+    odd = found(shape)
+    assert [work.shape for work in odd.solution.work][:2] == [shape, (128, 128)]
+    assert odd.solution.iterations <= 1.5 * even.solution.iterations
+    # The smallest wavelength is 16 points, of which an edge of a contact may miss one or two.
+    assert odd.area_rep == pytest.approx(even.area_rep, rel=0.05)
 
 
-@pytest.mark.parametrize(("adhesion_length", "part"), [(0.0, 0.85), (0.005, 0.95)])
+@pytest.mark.parametrize(("adhesion_length", "part"), [(0.0, 0.85), pytest.param(0.005, 0.95, marks=pytest.mark.long)])
 def test_short_waves_take_shorter_steps_beside_those_of_a_coarser_grid(
     adhesion_length: float, part: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -219,11 +210,9 @@ def test_results_do_not_depend_on_the_number_of_threads() -> None:
     heights = SelfAffine(0.8, 0.1, 16.0, 256.0).synthesise(grid, np.random.default_rng(1))
     problem = ContactProblem(grid, LennardJonesSpline(0.3), heights, HalfSpace("clamped"))
     results = [
-        solve(problem, "mean-gap", 0.7 * touching(problem), Settings(1e-5, threads=threads)).gap
-        for threads in (1, 2, 4)
+        solve(problem, "mean-gap", 0.7 * touching(problem), Settings(1e-5, threads=threads)).gap for threads in (1, 3)
     ]
     np.testing.assert_array_equal(results[0], results[1])
-    np.testing.assert_array_equal(results[0], results[2])
 
 
 def test_mean_gap_and_separation_control_find_the_same_state() -> None:

@@ -18,6 +18,7 @@ from continuum.solve.compiled.near_field import SIDE
 from continuum.solve.compiled.tiles import Tiles
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
+from tests.kinds import covering
 
 Spots = tuple[Grid, Real, Tiles, NDArray[np.bool_]]
 
@@ -57,7 +58,7 @@ def spots(small: None) -> Spots:
     grid = Grid((256, 512), (256.0, 512.0))
     K = HalfSpace("free").stiffness(grid)
     x, y = grid.positions
-    spots = (np.hypot(x - 40, y - 60) < 13) | (np.hypot(x - 20, y - 500) < 9) | (np.hypot(x - 200, y - 300) < 5)
+    spots = (np.hypot(x - 40, y - 60) < 9) | (np.hypot(x - 20, y - 500) < 6) | (np.hypot(x - 200, y - 300) < 5)
     marked = spots.reshape(8, SIDE, 16, SIDE).any(axis=(1, 3)).astype(float)
     return grid, K, tiles(K, grid, marked), spots
 
@@ -127,8 +128,7 @@ def assert_same(tiled: Solution, whole: Solution) -> None:
     assert tiled.fft_pairs < 0.7 * whole.fft_pairs
 
 
-@pytest.mark.parametrize("substrate", ["half-space", "layer"])
-@pytest.mark.parametrize("shape", [(N, N), (N // 2, N)])
+@pytest.mark.parametrize(("shape", "substrate"), covering([(N, N), (N // 2, N)], ["half-space", "layer"]))
 def test_a_given_pressure_has_the_same_state(
     shape: tuple[int, int], substrate: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

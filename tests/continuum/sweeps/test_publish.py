@@ -22,7 +22,7 @@ import continuum as c
 from continuum.cli import main
 from continuum.errors import InputError
 from continuum.files.provenance import Citation
-from continuum.paper import publication_page
+from continuum.paper import publication, publication_page
 from continuum.paper.page import drawings_of
 from continuum.paper.publication import sweep_publish
 from tests.problems import SMALL
@@ -85,6 +85,12 @@ def copy(place: Path, tmp_path: Path) -> Path:
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """As of a sweep that has points for none; drawing takes most of the time."""
     monkeypatch.setattr(publication_page, "drawings_of", lambda data: iter(()))
+
+
+@pytest.fixture
+def no_netcdf(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The table of HDF5 is renamed: to write another of a hundred columns takes as long as all else."""
+    monkeypatch.setattr(publication, "_as_netcdf", lambda found, cube: cube.rename(cube.with_suffix(".nc")))
 
 
 def content(folder: Path) -> dict[str, bytes]:
@@ -164,7 +170,7 @@ def test_without_xarray_the_table_is_hdf5(root: Path, tmp_path: Path, monkeypatc
     assert 'href="table.h5"' in (tmp_path / "out" / "index.html").read_text()
 
 
-@pytest.mark.usefixtures("no_figures")
+@pytest.mark.usefixtures("no_figures", "no_netcdf")
 def test_a_folder_of_others_is_refused_in_one_message(
     root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -181,7 +187,7 @@ def test_a_folder_of_others_is_refused_in_one_message(
     assert (tmp_path / "table.csv").read_text().startswith("system,")
 
 
-@pytest.mark.usefixtures("no_figures")
+@pytest.mark.usefixtures("no_figures", "no_netcdf")
 def test_what_was_published_before_is_written_anew_but_not_over_a_change(
     root: Path, copy: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -210,7 +216,7 @@ def test_the_folder_of_the_sweep_is_never_the_place(root: Path, capsys: pytest.C
     assert ((root / "sweep.toml").read_bytes(), {path.name for path in root.iterdir()}) == before
 
 
-@pytest.mark.usefixtures("no_figures")
+@pytest.mark.usefixtures("no_figures", "no_netcdf")
 def test_what_is_missing_is_said(root: Path, tmp_path: Path) -> None:
     shutil.copytree(root, tmp_path / "part")
     first, *_, last = sorted((tmp_path / "part" / "points").iterdir())
@@ -240,6 +246,7 @@ def test_a_sweep_into_full_contact_is_published(tmp_path: Path) -> None:
     "axis",
     [pytest.param('"wall.adhesion_length" = [0.0, 0.005]', marks=pytest.mark.long), '"surface.path" = ["map.npy"]'],
 )
+@pytest.mark.usefixtures("no_netcdf")
 def test_files_that_the_input_reads_are_named(axis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def named(drawing: object, stem: Path) -> tuple[Path, Path]:
         """A figure takes seconds; which there are is asked here."""

@@ -7,11 +7,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
 
+import continuum.front.sweeps
 import continuum.path.equilibrium
 import continuum.path.loading
 from continuum.cli import main
@@ -23,8 +26,10 @@ from continuum.sweeps.axes import Sweep
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.status import sweep_status
 from continuum.sweeps.sweep import begin, record_death, solve_system
+from continuum.sweeps.workers import Message, Task
 from tests.problems import SMALL
 from tests.stored import same
+from tests.tasks import tasks_here
 
 LONG = SMALL.replace("[1.6, 1.4,\n           1.2]", "{from = 2.0, to = 1.0, count = 2000}").replace(
     "retract = true\n", ""
@@ -102,6 +107,31 @@ def test_a_death_is_said_until_the_system_is_done(tmp_path: Path, capsys: pytest
     assert not list(Folder(root).work.iterdir())
 
 
+def test_a_process_that_died_is_named_until_its_system_is_run_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the engine says it of a process, the tests of which kill some."""
+    (tmp_path / "many.toml").write_text(SMALL + '[sweep.axes]\n"surface.seed" = [1, 2]\n')
+    root, seen = tmp_path / "many", list[tuple[str, ...]]()
+
+    def dying(tasks: list[Task], *given: Any, meanwhile: Callable[[Task, Message], None], **more: Any) -> Any:
+        meanwhile(tasks[0], Message(death="process 4711 was killed by SIGKILL"))
+        seen.append(sweep_status(root).died)
+        return tasks_here(tasks, *given, meanwhile=meanwhile, **more)
+
+    monkeypatch.setattr(continuum.front.sweeps, "run_tasks", dying)
+    heard = list[str]()
+    done = continuum.sweep(tmp_path / "many.toml", tmp_path, warn=heard.extend)
+    assert (done.ok, done.done) == (True, 2)
+    (said,) = done.died
+    assert "process 4711 was killed by SIGKILL; its stored points are kept" in said
+    assert heard == [said]
+    ((stored,),) = seen
+    assert "process 4711 was killed by SIGKILL" in stored
+    assert sweep_status(root).died == ()
+
+
+@pytest.mark.long
 def test_a_killed_process_is_named_and_the_path_of_the_other_goes_on(tmp_path: Path) -> None:
     (tmp_path / "many.toml").write_text(LONG.replace("[3]", "[3, 4]").replace("2000", "20"))
     killed = list[int]()

@@ -190,10 +190,10 @@ def test_limits_of_the_adhesive_wave() -> None:
 @pytest.mark.parametrize("alpha", [0.1, 0.3, 0.569, 0.571, 1.0])
 def test_an_adhesive_wave_pulls_off_and_snaps_in_where_its_load_is_stationary(alpha: float) -> None:
     wave = AdhesiveWave(1.0, 10.0, (alpha * np.pi) ** 2 / 20)
-    a = np.linspace(1e-4, 4.9999, 100001)
+    a = np.linspace(1e-4, 4.9999, 20001)
     loads = np.array([wave.mean_pressure(x) for x in a])
     places = np.flatnonzero(np.diff(np.sign(np.diff(loads)))) + 1
-    np.testing.assert_allclose([wave.pull_off_width, wave.snap_in_width], a[places], atol=1e-4)
+    np.testing.assert_allclose([wave.pull_off_width, wave.snap_in_width], a[places], atol=2.5e-4)  # a step
     assert wave.pull_off_pressure == pytest.approx(-loads[places[0]], rel=1e-6)
     # Johnson: the wave jumps to full contact under no load above α = 0.57.
     assert (wave.mean_pressure(wave.snap_in_width) < 0) == (alpha > 0.57)
