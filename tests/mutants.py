@@ -393,12 +393,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=100, help="changes to draw (default: 100)")
     parser.add_argument("--seed", type=int, default=0, help="of the draw (default: 0)")
-    parser.add_argument("--skip", type=int, default=0, help="the first of those drawn, known from before (default: 0)")
+    parser.add_argument("--only", type=int, nargs="+", metavar="N", help="of those drawn, by number (default: all)")
     parser.add_argument("--workers", type=int, default=2, help="changes at once (default: 2)")
     given = parser.parse_args()
     multiprocessing.get_context("forkserver").set_forkserver_preload(LIBRARIES)
     every = list(mutants())
-    drawn = dict(enumerate(draw(every, given.count, given.seed)[given.skip :], given.skip))
+    drawn = dict(enumerate(draw(every, given.count, given.seed)))
+    drawn = {number - 1: drawn[number - 1] for number in given.only or range(1, len(drawn) + 1)}
     print(f"{len(drawn)} of {len(every)} changes", flush=True)
     unsound, alive = set[str](), list(drawn)
     with tempfile.TemporaryDirectory() as made, ThreadPoolExecutor(given.workers) as pool:
