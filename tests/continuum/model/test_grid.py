@@ -91,3 +91,16 @@ def test_a_grid_knows_its_narrow_and_its_wide_side() -> None:
     assert (plane.is_line, plane.narrowest, plane.widest_step, plane.shortest_period) == (False, 4, 2.0, 6.0)
     assert (line.is_line, line.narrowest, line.widest_step, line.shortest_period) == (True, 6, 0.5, 3.0)
     assert (plane.size, plane.area, plane.cell_area, plane.shape_q) == (24, 48.0, 2.0, (4, 4))
+
+
+@given(st.integers(2, 5000))
+def test_the_next_coarser_grid_has_about_half_the_points_and_halves_again(n: int) -> None:
+    """Half of a multiple of four; else the nearest multiple of eight, from eight points on."""
+    coarser = Grid((1, n), (1.0, 3.0)).coarser
+    if n < 9 and n % 4:
+        assert coarser is None or coarser.shape == (1, 8)
+        return
+    assert coarser is not None
+    assert coarser.lengths == (1.0, 3.0)
+    assert abs(2 * coarser.shape[1] - n) <= (0 if n % 4 == 0 else 8)
+    assert coarser.shape[1] % (2 if n % 4 == 0 else 8) == 0

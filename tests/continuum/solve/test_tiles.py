@@ -107,6 +107,51 @@ def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: Spots) -> Non
     assert product[-1] < 4 * product[len(product) // 100 + 1]
 
 
+def test_the_energy_of_tiles_changes_as_that_of_the_state(small: None) -> None:
+    """By <(p' - p) (z' + z)>/2 from one pressure to the next: a free step to its minimum, one cut by the bound, scaled.
+
+    And z follows the pressure as the whole grid's does, to a part of a hundred.
+    """
+    grid, rng = Grid((256, 512), (256.0, 512.0)), np.random.default_rng(4)
+    whole = pressed(grid, HalfSpace("free").stiffness(grid))
+    p, n = whole.p[:, :512], 512
+    p[40:60, 50:90] = 1.0 + rng.random((20, 40))
+    whole.offset[:, :n] = rng.random(grid.shape)
+    energy, size = whole.displace()
+    tiles = whole.tiles(1e3, energy, size)  # what lies below does not count here
+    assert tiles is not None
+    on = tiles.p > 0
+    # Of another height, at which the free step is short.
+    tiles.offset -= (level := tiles.z[on].mean() - 0.1)
+    tiles.z -= level
+    tiles.t[...] = on * rng.random(tiles.p.shape)
+
+    def moved(before: tuple[Real, Real]) -> float:
+        change = tiles.p - before[0]
+        whole.change[...] = 0.0
+        tiles.model.scatter(change, whole.change)
+        q = np.fft.rfft2(whole.change[:, :n])
+        exact = tiles.model.gather(np.fft.irfft2(q * whole.G, s=grid.shape))
+        missed = tiles.z - before[1] - exact
+        assert np.ptp(missed[on]) < 0.01 * np.ptp(exact[on])
+        return float(np.sum(change * (tiles.z + before[1])) / 2 / grid.size)
+
+    before = tiles.p.copy(), tiles.z.copy()
+    step = np.sum(tiles.t * tiles.z) / grid.size / tiles.curvature()
+    assert tiles.trial(step)[0] == 0 < step
+    tiles.advance(step)
+    assert tiles._energy - energy == pytest.approx(moved(before), rel=1e-6)  # single precision
+    energy, before = tiles._energy, (tiles.p.copy(), tiles.z.copy())
+    tiles.p[...] = before[0]
+    cut, wanted, found = tiles.trial(1.8)
+    assert cut < 0 < wanted < found
+    assert tiles.arrive(wanted, found)[0] == tiles._found
+    tiles.accept()
+    assert tiles._energy - energy == pytest.approx(moved(before), rel=1e-6)
+    assert tiles.p.min() == 0.0
+    assert tiles.total() == pytest.approx(wanted, rel=1e-12)
+
+
 def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tuple[Solution, Solution]:
     """A state with tiles and without."""
     monkeypatch.setattr(tiles_of_cpu, "SMALLEST", 2**15)
