@@ -61,7 +61,7 @@ COSTS = {
 }  # fmt: skip
 """Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
 MANY = 100
-"""Points of a `linspace`, and steps that a `limit` allows, of which one more or less is no other physics."""
+"""Points of a `linspace` or `geomspace`, and steps that a `limit` allows, of which one more or less is no other physics."""
 SECONDS = 120
 """CPU time of one test, after which the change counts as caught: it does not end.  The slowest takes some 20 s."""
 LIBRARIES = ["numba", "numpy", "scipy.optimize", "scipy.ndimage", "scipy.signal", "scipy.stats", "pydantic", "pandas",
@@ -175,9 +175,10 @@ def is_physics(node: Any) -> bool:
     while node.parent is not None:
         # The code of a whole module is not asked for at each of its numbers.
         call = node.get_code().strip() if node.type in ("atom_expr", "argument") else ""
-        if many and call.startswith(("limit=", "np.linspace(")):
+        if many and call.startswith(("limit=", "np.linspace(", "np.geomspace(")):
             return False
-        if call.startswith("np.empty("):  # room for what is written there: more of it is not used
+        # Room for what is written there, of which more is not used; and a seed of where a search begins.
+        if call.startswith(("np.empty(", "np.random.default_rng(")):
             return False
         if node.type == "raise_stmt":
             return False

@@ -231,6 +231,7 @@ def test_a_flat_surface_has_one_gap_in_the_middle_of_its_bins() -> None:
     found = gap_distribution(Grid.square(8), np.full((8, 8), 2.0), bins=5)
     np.testing.assert_allclose(found.edges, [1.5, 1.7, 1.9, 2.1, 2.3, 2.5])
     np.testing.assert_allclose(found.density, [0, 0, 5, 0, 0], atol=1e-12)
+    assert gap_distribution(Grid.square(8), np.full((8, 8), 2.0)).density.size == 80
 
 
 # --- rough contacts ----------------------------------------------------------------------------------------

@@ -72,8 +72,10 @@ def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: Spots) -> N
         exact = engine.gather(np.fft.irfft2(p_q / np.where(K > 0, K, 1.0), s=grid.shape))
         found = engine.comply_with(engine.gather(p), np.empty(engine.shape, np.float32))
         on = engine.gather(contact.astype(np.float64)) > 0
-        missed = found[on] - exact[on]
-        assert np.ptp(missed) < 0.01 * np.ptp(exact[on])
+        missed = found - exact
+        # Six thousandths are measured, on the contact and beside it.
+        assert np.ptp(missed[on]) < 0.007 * np.ptp(exact[on])
+        assert np.ptp(missed) < 0.007 * np.ptp(exact)
 
 
 def test_a_response_that_is_not_even_has_no_tiles(small: None) -> None:
@@ -104,7 +106,7 @@ def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: Spots) -> Non
     # The mean is apart: it has another way.
     assert np.linalg.eigvalsh(M)[0] > 0
     product = np.sort(np.linalg.eigvals(M @ G).real)
-    assert product[-1] < 4 * product[len(product) // 100 + 1]
+    assert 0.7 < product[0] < product[-1] < 1.3  # 0.725 and 1.251 are measured
 
 
 def test_the_energy_of_tiles_changes_as_that_of_the_state(small: None) -> None:

@@ -5,11 +5,12 @@ A solve forgives: a direction that is off costs an iteration, an energy that is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import expit
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -20,7 +21,8 @@ from continuum.solve.arrays.library import NumPy
 from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid
 from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
-from continuum.solve.conjugate import COARSE_ITERATIONS, COARSE_REDUCTION
+from continuum.solve.conjugate import COARSE_ITERATIONS, COARSE_REDUCTION, Line, conjugate_line
+from continuum.solve.smooth import SLOPE_ACCEPTED, SLOPE_REDUCTION, _step
 
 GRID = Grid((36, 70), (36.0, 105.0))
 """Rows of more than one mark of contact; coarser grids of (18, 32) and (8, 16) points."""
@@ -164,3 +166,79 @@ def test_words_of_a_smooth_energy(mean: float, levels: int) -> None:
     spectra(both, "g")
     both.say("go_to_zero", look=["z", "traction"])
     spectra(both, "g")
+
+
+# --- what the mathematics makes of the answers --------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_next_direction_is_that_of_hager_and_zhang(seed: int) -> None:
+    """Their β of vectors, SIAM J. Optim. 16, 170 (2005), preconditioned, from six sums; and slope and curvature."""
+    rng = np.random.default_rng(seed)
+    K, M = rng.uniform(0.1, 2.0, (2, 9))
+    g, d, y = rng.normal(size=(3, 9))
+    y = y if d @ y > 0 else -y
+    g -= rng.uniform(0.0, 0.3) * d * (g @ d) / (d @ d)
+    last = Line(0.3, float(d @ (g - y)), float(d @ (K * d)))
+    s = M * g
+    sums = np.array([g @ g, g @ s, y @ s, y @ (M * y), s @ (K * s), s @ (K * d)])
+    beta = float((y @ s - 2 * (y @ (M * y)) * (d @ g) / (d @ y)) / (d @ y))
+    beta = beta if 0 < beta and beta * (d @ g) < g @ s else 0.0
+    found = conjugate_line(sums, last, float(d @ g), True)
+    new = beta * d - s
+    np.testing.assert_allclose(found, (beta, g @ new, new @ (K * new)), rtol=1e-12, atol=1e-14)
+    assert found.slope < 0
+    steepest = conjugate_line(sums, last, float(d @ g), False)
+    np.testing.assert_allclose(steepest, (0.0, -g @ s, s @ (K * s)), rtol=1e-12)
+
+
+class Along:
+    """A wall along one direction: its energy, first and second derivative, and where a solve stands."""
+
+    def __init__(self, *wall: Callable[[float], float]) -> None:
+        self.wall, self.here, self.asked = wall, 0.0, 0
+
+    def move(self, step: float, alpha: float) -> tuple[float, float, float]:
+        energy, force, _ = self.wall
+        self.here += step
+        assert self.here == pytest.approx(alpha, rel=1e-12)
+        return force(alpha) - force(0.0), energy(alpha) - energy(0.0) - alpha * force(0.0), abs(energy(alpha))
+
+    def line(self, alpha: float) -> tuple[float, float]:
+        _, force, stiffness = self.wall
+        self.asked += 1
+        return force(self.here + alpha) - force(self.here), stiffness(self.here + alpha)
+
+
+@pytest.mark.parametrize("at", [-3.0, 0.5, 2.0])
+@pytest.mark.parametrize("newton", [True, False])
+@pytest.mark.parametrize("strength", [0.0, 0.3, 50.0, -0.9])
+def test_a_step_ends_where_the_slope_has_fallen_and_says_what_it_gained(
+    strength: float, newton: bool, at: float
+) -> None:
+    """Of a parabola with a wall that stiffens beyond a point, is none, or softens from there on."""
+    wall = Along(
+        lambda x: strength * (np.logaddexp(0.0, 4 * (x - at)) / 4),
+        lambda x: strength * float(expit(4 * (x - at))),
+        lambda x: strength * 4 * float(expit(4 * (x - at)) * expit(-4 * (x - at))),
+    )
+    energy, force, stiffness = wall.wall
+    line = Line(0.0, -1.0, 0.4)
+    found = _step(wall, line, stiffness(0.0), newton=newton)
+
+    def slope(x: float) -> float:
+        return line.slope + x * line.curvature + force(x) - force(0.0)
+
+    x = found.length
+    assert wall.here == pytest.approx(x)
+    assert x > 0
+    assert found.slope == pytest.approx(slope(x), abs=1e-12)
+    assert abs(found.slope) <= SLOPE_ACCEPTED
+    gained = x * line.slope + x * x * line.curvature / 2 + energy(x) - energy(0.0) - x * force(0.0)
+    assert found.rise == pytest.approx(gained, abs=1e-12) or (found.rise < 0 and gained < 0)
+    assert found.size_of_energy == pytest.approx(abs(energy(x)))
+    first = -line.slope / (line.curvature + max(stiffness(0.0), 0.0))
+    assert found.newton == (x == pytest.approx(first))
+    # A step that is not Newton's own goes to a tenth of the slope, in a few looks at the points near the wall.
+    assert abs(found.slope) <= SLOPE_REDUCTION + 1e-12
+    assert wall.asked <= 12
