@@ -61,7 +61,7 @@ COSTS = {
 }  # fmt: skip
 """Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
 MANY = 100
-"""Points of a `linspace` or `geomspace`, and steps that a `limit` allows, of which one more or less is no other physics."""
+"""Points of a `linspace` or `geomspace`, and steps of a `limit`, of which one more or less is no other physics."""
 SECONDS = 120
 """CPU time of one test, after which the change counts as caught: it does not end.  The slowest takes some 20 s."""
 LIBRARIES = ["numba", "numpy", "scipy.optimize", "scipy.ndimage", "scipy.signal", "scipy.stats", "pydantic", "pandas",

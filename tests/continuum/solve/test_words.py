@@ -183,7 +183,7 @@ def test_the_next_direction_is_that_of_hager_and_zhang(seed: int) -> None:
     s = M * g
     sums = np.array([g @ g, g @ s, y @ s, y @ (M * y), s @ (K * s), s @ (K * d)])
     beta = float((y @ s - 2 * (y @ (M * y)) * (d @ g) / (d @ y)) / (d @ y))
-    beta = beta if 0 < beta and beta * (d @ g) < g @ s else 0.0
+    beta = beta if beta > 0 and beta * (d @ g) < g @ s else 0.0
     found = conjugate_line(sums, last, float(d @ g), True)
     new = beta * d - s
     np.testing.assert_allclose(found, (beta, g @ new, new @ (K * new)), rtol=1e-12, atol=1e-14)
