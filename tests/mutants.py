@@ -230,7 +230,9 @@ def nearest_tests(module: str, root: Path = ROOT) -> list[list[str]]:
 def copied(folder: Path) -> Path:
     """A copy of the checkout, in which modules can be changed, with what is compiled of it already."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
-    kept = (path.relative_to(ROOT) for room in ("continuum", "atomistic") for path in (ROOT / room).rglob("*.py[cn]*"))
+    kept = (
+        path.relative_to(ROOT) for room in ("continuum", "atomistic") for path in (ROOT / room).rglob("__pycache__/*")
+    )
     for name in (*listed, *kept):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / name, folder / name)

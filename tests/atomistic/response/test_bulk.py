@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from atomistic.config.crystal import CrystalTable
-from atomistic.crystal.interatomic import Springs
+from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import AnyCrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
-from atomistic.response.bulk import model_below
+from atomistic.lammps.session import Cell
+from atomistic.response.bulk import at_rest, model_below, slab_of_table
 from continuum.model.cubic import anisotropic_contact_modulus
 
 ANGLES = np.linspace(0, np.pi, 91)[:-1]
@@ -52,3 +53,26 @@ def test_atoms_of_a_file_have_an_isotropic_solid_of_the_given_modulus_below_them
     # A layer is thought to be 0.8 a0 thick, and of fcc(111) it is sqrt(2/3).
     assert below.density == pytest.approx(np.sqrt(2), rel=0.01)
     assert below.mass == pytest.approx(potential.masses[1])
+
+
+def test_a_surface_comes_to_rest_and_its_stiffest_vibration_is_that_of_the_hessian() -> None:
+    """Of Lennard-Jones' (111) face: no forces on the atoms that move, and the largest ω² of all of them, from above."""
+    crystal = CrystalTable(face="111")
+    model = model_below(LennardJones(2.5), crystal)
+    assert isinstance(model, AnyCrystalModel)
+    slab = slab_of_table(crystal, model, (2.0, 2.0), 1.0)
+    rest, found = at_rest(slab, model)
+    moved = rest.positions - slab.positions
+    assert 0.001 < np.abs(moved[: slab.moving, 2]).max() < 0.05
+    assert not moved[slab.moving :].any()
+    sites, lengths, step = rest.positions * model.length, np.array(slab.lengths) * model.length, 1e-4 * model.length
+    unit = model.energy / model.length
+    with Cell(model, sites, lengths, surface=True, types=slab.types) as cell:
+        assert np.abs(cell.evaluate(sites)[1][: slab.moving]).max() < 1e-6 * unit
+        pushed = step * np.eye(3 * slab.moving, sites.size).reshape(-1, *sites.shape)
+        rows = [(cell.evaluate(sites - each)[1] - cell.evaluate(sites + each)[1]) / (2 * step) for each in pushed]
+    hessian = np.array(rows).reshape(len(rows), -1)[:, : len(rows)]
+    exact = np.linalg.eigvalsh((hessian + hessian.T) / 2)[-1] * model.length / unit
+    # Its powers come to it from below, and a tenth is added.
+    assert exact < found.stiffest < 1.1 * exact
+    assert found.stiffest > 1.03 * exact
