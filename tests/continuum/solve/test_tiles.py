@@ -78,6 +78,58 @@ def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: Spots) -> N
         assert np.ptp(missed) < 0.007 * np.ptp(exact)
 
 
+def scattered(engine: Tiles, values: Real) -> Real:
+    """A field of the whole grid that vanishes beside the tiles."""
+    field = np.zeros([n * SIDE for n in engine.slots.shape])
+    engine.scatter(values, field)
+    return field
+
+
+@pytest.mark.parametrize("of", ["G", "K"])
+def test_the_near_field_is_a_convolution(of: str, spots: Spots) -> None:
+    """With a kernel that ends within a tile, over the seam of the period too."""
+    grid, _, engine, contact = spots
+    kernel, reach, own = {
+        "G": (engine.split.G_near, tiles_of_cpu.REACH, engine.own),
+        "K": (engine.split.K_near, tiles_of_cpu.STIFF_REACH, engine.stiff),
+    }[of]
+    assert np.array_equal(kernel[:, :4], np.zeros((reach, 4)))
+    assert not kernel[:, 2 * reach + 3 :].any()
+    values = engine.gather(contact * np.random.default_rng(3).standard_normal(grid.shape))
+    out = np.full(engine.shape, 7.0, np.float32)
+    engine._sum_near(values, kernel, reach, own, out)
+    around = np.arange(1 - reach, reach)
+    whole = np.zeros(grid.shape)
+    whole[np.ix_(around, around)] = kernel[np.abs(around), 4 : 2 * reach + 3]
+    exact = np.fft.irfft2(np.fft.rfft2(whole) * np.fft.rfft2(scattered(engine, values)), s=grid.shape)
+    # Some hundred terms in single precision.
+    np.testing.assert_allclose(out, engine.gather(exact), atol=3e-6 * np.abs(exact).max())
+
+
+def test_the_way_to_the_coarse_grid_and_back_is_by_cubic_splines(spots: Spots) -> None:
+    grid, _, engine, _ = spots
+    rng = np.random.default_rng(4)
+    values, (nx, ny) = rng.standard_normal(engine.shape), grid.shape
+    values[3:40] = 0.0
+
+    def splines(n: int) -> Real:
+        """Value at each point of the spline about every fourth of them, in the period."""
+        apart = np.abs(np.arange(n)[:, None] - 4 * np.arange(n // 4))
+        x = np.minimum(apart, n - apart) / 4
+        return np.where(x < 1, 2 / 3 - x * x + x**3 / 2, np.where(x < 2, (2 - x) ** 3 / 6, 0.0))
+
+    S, T = splines(nx), splines(ny)
+    coarse = engine.split.far.single_rows()
+    engine._down(values, coarse)
+    # The mean over the 16 points of a coarse one.
+    np.testing.assert_allclose(coarse[:, : ny // 4], S.T @ scattered(engine, values) @ T / 16, atol=2e-6)
+    coarse[:, : ny // 4] = rng.standard_normal((nx // 4, ny // 4))
+    out = np.ones(engine.shape, np.float32)
+    engine._up(coarse, out)
+    exact = S @ coarse[:, : ny // 4] @ T.T
+    np.testing.assert_allclose(out, 1 + engine.gather(exact), atol=2e-6)
+
+
 def test_a_response_that_is_not_even_has_no_tiles(small: None) -> None:
     grid = Grid.square(256)
     m, n = grid.mode_numbers
