@@ -48,8 +48,9 @@ CHANGES = re.compile(
 """Of the changes of cosmic-ray those that turn physics into other physics, not into an error of types."""
 NO_PRODUCTS = {"parameters", "param", "lambdef", "argument", "star_expr"}
 """Where `*` and `/` of the grammar are no operators: ``f(*x)``, ``def f(x, *, y)``."""
-MESSAGES = {"msg", "allowed"}
-"""Names of texts that say what is wrong; numbers there, and in what is raised, change no result."""
+MESSAGES = {"msg", "allowed", "VERSION"}
+"""Names of texts that say what is wrong, and of formats of files; numbers there, and in what is raised, change no
+result."""
 COSTS = {
     "_PADDING", "_ROWS", "TILE", "_WORTH_THREADS", "SMALL",  # how much at once
     "COARSE_LIMIT", "COARSE_ITERATIONS", "ITERATIONS", "HALVINGS", "VERIFICATIONS", "ATTEMPTS",  # how often at most
@@ -171,14 +172,18 @@ def is_physics(node: Any) -> bool:
     """Whether a result may hang on a node: it is no mark of the grammar, and neither in a message nor a mere cost."""
     if getattr(node, "value", "") in ("*", "/", "**") and node.parent.type in NO_PRODUCTS:
         return False
+    last = node.value if node.type == "number" else None
     many = node.type == "number" and node.value.isdigit() and int(node.value) >= MANY
     while node.parent is not None:
         # The code of a whole module is not asked for at each of its numbers.
         call = node.get_code().strip() if node.type in ("atom_expr", "argument") else ""
         if many and call.startswith(("limit=", "np.linspace(", "np.geomspace(")):
             return False
-        # Room for what is written there, of which more is not used; and a seed of where a search begins.
-        if call.startswith(("np.empty(", "np.random.default_rng(")):
+        # Room, of which more is not used and less fails at once; and a seed of where a search begins.
+        if re.match(r"([\w.]+\.)?(empty|zeros|default_rng)\(", call):
+            return False
+        # What is divided by where the quotient is not taken.
+        if re.match(r"([\w.]+\.)?where\(", call) and call.endswith(f", {last})") and is_divisor(node):
             return False
         if node.type == "raise_stmt":
             return False
@@ -188,6 +193,12 @@ def is_physics(node: Any) -> bool:
                 return False
         node = node.parent
     return True
+
+
+def is_divisor(node: Any) -> bool:
+    """Whether something is divided by a node."""
+    before = node.get_previous_sibling()
+    return before is not None and getattr(before, "value", "") == "/"
 
 
 def draw(every: list[Mutant], count: int, seed: int) -> list[Mutant]:

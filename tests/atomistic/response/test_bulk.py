@@ -16,6 +16,7 @@ from atomistic.crystal.model import AnyCrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 from atomistic.lammps.session import Cell
 from atomistic.response.bulk import at_rest, model_below, slab_of_table
+from continuum.arguments import ArgumentError
 from continuum.model.cubic import anisotropic_contact_modulus
 
 ANGLES = np.linspace(0, np.pi, 91)[:-1]
@@ -53,6 +54,15 @@ def test_atoms_of_a_file_have_an_isotropic_solid_of_the_given_modulus_below_them
     # A layer is thought to be 0.8 a0 thick, and of fcc(111) it is sqrt(2/3).
     assert below.density == pytest.approx(np.sqrt(2), rel=0.01)
     assert below.mass == pytest.approx(potential.masses[1])
+    # Of twelve planes, eleven distances high, forces reach through the lowest 4.5 a0.
+    tall = ase.build.fcc111("Ni", (6, 6, 12), a=3.52, orthogonal=True, vacuum=5)
+    tall.info.clear()
+    ase.io.write(tmp_path / "high.xyz", tall)
+    high = CrystalTable(atoms=tmp_path / "high.xyz", modulus="200GPa")
+    most = 11 * np.sqrt(2 / 3) - below.reach
+    with pytest.raises(ArgumentError, match=f"less than {most:.4g} a0, below which forces reach through the base"):
+        slab_of_table(high, below, (6.0, 6.0), 6.0)
+    assert slab_of_table(high, below, (6.0, 6.0), most - 0.5).size == 12 * 36
 
 
 def test_a_surface_comes_to_rest_and_its_stiffest_vibration_is_that_of_the_hessian() -> None:
