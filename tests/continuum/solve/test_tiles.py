@@ -12,6 +12,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine
+from continuum.solve.compiled import near_field
 from continuum.solve.compiled import tiles as tiles_of_cpu
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
 from continuum.solve.compiled.near_field import SIDE
@@ -104,6 +105,14 @@ def test_the_near_field_is_a_convolution(of: str, spots: Spots) -> None:
     exact = np.fft.irfft2(np.fft.rfft2(whole) * np.fft.rfft2(scattered(engine, values)), s=grid.shape)
     # Some hundred terms in single precision.
     np.testing.assert_allclose(out, engine.gather(exact), atol=3e-6 * np.abs(exact).max())
+
+
+def test_splines_add_up_to_one_and_their_moments_are_those_of_the_place() -> None:
+    """Of any number of them, as each ends two spacings away; a straight line is met exactly."""
+    x, at = np.linspace(-1.0, 1.0, 9)[:, None], np.arange(-6, 7)
+    np.testing.assert_allclose(near_field.cubic_spline(x - at).sum(axis=1), 1.0, rtol=1e-14)
+    np.testing.assert_allclose((near_field.cubic_spline(x - at) * at).sum(axis=1), x[:, 0], atol=1e-14)
+    np.testing.assert_allclose((near_field.cubic_spline(x - at) * at**2).sum(axis=1), x[:, 0] ** 2 + 1 / 3)
 
 
 def test_the_way_to_the_coarse_grid_and_back_is_by_cubic_splines(spots: Spots) -> None:
