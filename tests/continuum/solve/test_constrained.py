@@ -19,7 +19,7 @@ from continuum.model.walls import HardWall, LennardJonesSpline
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, PathState, state_of
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid
-from continuum.solve.hard import _Dual
+from continuum.solve.hard import _Dual, _Outcome
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
 from continuum.theory.smooth import Hertz
@@ -329,6 +329,15 @@ def test_the_energy_that_is_followed_is_that_of_the_state(mean: float, most: flo
     assert np.all(np.diff(followed) < 0)
     p, z, offset = (each[:, : grid.shape[1]] for each in (bound.p, bound.z, bound.offset))
     assert followed[-1] == pytest.approx(np.mean(p * (z + offset)) / 2, rel=1e-12)
+
+
+def test_a_state_is_as_good_as_the_worst_of_what_it_misses() -> None:
+    """Residual, error of the gap, and duality gap over that which a residual of the tolerance leaves."""
+    tolerance, gap, scale = 1e-3, 1e-2, 0.5
+    for missed, excess in (
+        ((3e-3, 2e-2, 1e-3), 3.0), ((1e-3, 4e-2, 1e-3), 4.0), ((1e-3, 1e-2, 2.5e-3), 5.0), ((5e-4, 1e-3, -1.0), 0.5),
+    ):  # fmt: skip
+        assert _Outcome(*missed, scale).excess(tolerance, gap) == pytest.approx(excess)
 
 
 def test_no_contact_is_an_equilibrium_without_load() -> None:
