@@ -48,8 +48,9 @@ CHANGES = re.compile(
 """Of the changes of cosmic-ray those that turn physics into other physics, not into an error of types."""
 NO_PRODUCTS = {"parameters", "param", "lambdef", "argument", "star_expr"}
 """Where `*` and `/` of the grammar are no operators: ``f(*x)``, ``def f(x, *, y)``."""
-MESSAGES = {"msg", "allowed"}
-"""Names of texts that say what is wrong; numbers there, and in what is raised, change no result."""
+MESSAGES = {"msg", "allowed", "VERSION"}
+"""Names of texts that say what is wrong, and of formats of files; numbers there, and in what is raised, change no
+result."""
 COSTS = {
     "_PADDING", "_ROWS", "TILE", "_WORTH_THREADS", "SMALL",  # how much at once
     "COARSE_LIMIT", "COARSE_ITERATIONS", "ITERATIONS", "HALVINGS", "VERIFICATIONS", "ATTEMPTS",  # how often at most
@@ -61,7 +62,7 @@ COSTS = {
 }  # fmt: skip
 """Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
 MANY = 100
-"""Points of a `linspace`, and steps that a `limit` allows, of which one more or less is no other physics."""
+"""Points of a `linspace` or `geomspace`, and steps of a `limit`, of which one more or less is no other physics."""
 SECONDS = 120
 """CPU time of one test, after which the change counts as caught: it does not end.  The slowest takes some 20 s."""
 LIBRARIES = ["numba", "numpy", "scipy.optimize", "scipy.ndimage", "scipy.signal", "scipy.stats", "pydantic", "pandas",
@@ -171,13 +172,18 @@ def is_physics(node: Any) -> bool:
     """Whether a result may hang on a node: it is no mark of the grammar, and neither in a message nor a mere cost."""
     if getattr(node, "value", "") in ("*", "/", "**") and node.parent.type in NO_PRODUCTS:
         return False
+    last = node.value if node.type == "number" else None
     many = node.type == "number" and node.value.isdigit() and int(node.value) >= MANY
     while node.parent is not None:
         # The code of a whole module is not asked for at each of its numbers.
         call = node.get_code().strip() if node.type in ("atom_expr", "argument") else ""
-        if many and call.startswith(("limit=", "np.linspace(")):
+        if many and call.startswith(("limit=", "np.linspace(", "np.geomspace(")):
             return False
-        if call.startswith("np.empty("):  # room for what is written there: more of it is not used
+        # Room, of which more is not used and less fails at once; and a seed of where a search begins.
+        if re.match(r"([\w.]+\.)?(empty|zeros|default_rng)\(", call):
+            return False
+        # What is divided by where the quotient is not taken.
+        if re.match(r"([\w.]+\.)?where\(", call) and call.endswith(f", {last})") and is_divisor(node):
             return False
         if node.type == "raise_stmt":
             return False
@@ -187,6 +193,12 @@ def is_physics(node: Any) -> bool:
                 return False
         node = node.parent
     return True
+
+
+def is_divisor(node: Any) -> bool:
+    """Whether something is divided by a node."""
+    before = node.get_previous_sibling()
+    return before is not None and getattr(before, "value", "") == "/"
 
 
 def draw(every: list[Mutant], count: int, seed: int) -> list[Mutant]:
@@ -229,7 +241,9 @@ def nearest_tests(module: str, root: Path = ROOT) -> list[list[str]]:
 def copied(folder: Path) -> Path:
     """A copy of the checkout, in which modules can be changed, with what is compiled of it already."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
-    kept = (path.relative_to(ROOT) for room in ("continuum", "atomistic") for path in (ROOT / room).rglob("*.py[cn]*"))
+    kept = (
+        path.relative_to(ROOT) for room in ("continuum", "atomistic") for path in (ROOT / room).rglob("__pycache__/*")
+    )
     for name in (*listed, *kept):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / name, folder / name)
@@ -393,12 +407,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=100, help="changes to draw (default: 100)")
     parser.add_argument("--seed", type=int, default=0, help="of the draw (default: 0)")
-    parser.add_argument("--skip", type=int, default=0, help="the first of those drawn, known from before (default: 0)")
+    parser.add_argument("--only", type=int, nargs="+", metavar="N", help="of those drawn, by number (default: all)")
     parser.add_argument("--workers", type=int, default=2, help="changes at once (default: 2)")
     given = parser.parse_args()
     multiprocessing.get_context("forkserver").set_forkserver_preload(LIBRARIES)
     every = list(mutants())
-    drawn = dict(enumerate(draw(every, given.count, given.seed)[given.skip :], given.skip))
+    drawn = dict(enumerate(draw(every, given.count, given.seed)))
+    drawn = {number - 1: drawn[number - 1] for number in given.only or range(1, len(drawn) + 1)}
     print(f"{len(drawn)} of {len(every)} changes", flush=True)
     unsound, alive = set[str](), list(drawn)
     with tempfile.TemporaryDirectory() as made, ThreadPoolExecutor(given.workers) as pool:

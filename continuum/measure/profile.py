@@ -120,7 +120,7 @@ def gap_distribution(grid: Grid, gap: Real, bins: int = 80) -> Distribution:
     """Distribution of the gap, in a0, from the smallest to the largest: its integral is 1."""
     edges = np.linspace(float(gap.min()), float(gap.max()), bins + 1)
     if edges[0] == edges[-1]:
-        edges = edges[0] + np.linspace(-0.5, 0.5, bins + 1)  # a flat surface: all points in the middle bin
+        edges += np.linspace(-0.5, 0.5, bins + 1)  # a flat surface: all points in the middle bin
     blocks = (gap[start : start + _ROWS] for start in range(0, grid.shape[0], _ROWS))
     return Distribution(edges, _histogram(blocks, edges) / (grid.size * np.diff(edges)))
 

@@ -10,6 +10,7 @@ from atomistic.lammps.directory import wall_mesh
 def test_the_mesh_of_a_wall_covers_its_period_once() -> None:
     heights, level, length, offset = np.random.default_rng(1).normal(size=(3, 5)), 1.3, 2.5, (0.25, -0.5)
     lines = wall_mesh(heights, level, length, offset).splitlines()
+    assert wall_mesh(heights, level, length) == wall_mesh(heights, level, length, (0.0, 0.0), (1.0, 1.0))
     assert lines[0].startswith("# vtk DataFile")
     assert lines[2:5] == ["ASCII", "DATASET POLYDATA", "POINTS 24 double"]
     points = np.array([line.split() for line in lines[5:29]], dtype=float)

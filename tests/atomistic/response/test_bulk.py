@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 from atomistic.config.crystal import CrystalTable
-from atomistic.crystal.interatomic import Springs
+from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import AnyCrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
-from atomistic.response.bulk import model_below
+from atomistic.lammps.session import Cell
+from atomistic.response.bulk import at_rest, model_below, slab_of_table
+from continuum.arguments import ArgumentError
 from continuum.model.cubic import anisotropic_contact_modulus
 
 ANGLES = np.linspace(0, np.pi, 91)[:-1]
@@ -52,3 +54,35 @@ def test_atoms_of_a_file_have_an_isotropic_solid_of_the_given_modulus_below_them
     # A layer is thought to be 0.8 a0 thick, and of fcc(111) it is sqrt(2/3).
     assert below.density == pytest.approx(np.sqrt(2), rel=0.01)
     assert below.mass == pytest.approx(potential.masses[1])
+    # Of twelve planes, eleven distances high, forces reach through the lowest 4.5 a0.
+    tall = ase.build.fcc111("Ni", (6, 6, 12), a=3.52, orthogonal=True, vacuum=5)
+    tall.info.clear()
+    ase.io.write(tmp_path / "high.xyz", tall)
+    high = CrystalTable(atoms=tmp_path / "high.xyz", modulus="200GPa")
+    most = 11 * np.sqrt(2 / 3) - below.reach
+    with pytest.raises(ArgumentError, match=f"less than {most:.4g} a0, below which forces reach through the base"):
+        slab_of_table(high, below, (6.0, 6.0), 6.0)
+    assert slab_of_table(high, below, (6.0, 6.0), most - 0.5).size == 12 * 36
+
+
+def test_a_surface_comes_to_rest_and_its_stiffest_vibration_is_that_of_the_hessian() -> None:
+    """Of Lennard-Jones' (111) face: no forces on the atoms that move, and the largest ω² of all of them, from above."""
+    crystal = CrystalTable(face="111")
+    model = model_below(LennardJones(2.5), crystal)
+    assert isinstance(model, AnyCrystalModel)
+    slab = slab_of_table(crystal, model, (2.0, 2.0), 1.0)
+    rest, found = at_rest(slab, model)
+    moved = rest.positions - slab.positions
+    assert 0.001 < np.abs(moved[: slab.moving, 2]).max() < 0.05
+    assert not moved[slab.moving :].any()
+    sites, lengths, step = rest.positions * model.length, np.array(slab.lengths) * model.length, 1e-4 * model.length
+    unit = model.energy / model.length
+    with Cell(model, sites, lengths, surface=True, types=slab.types) as cell:
+        assert np.abs(cell.evaluate(sites)[1][: slab.moving]).max() < 1e-6 * unit
+        pushed = step * np.eye(3 * slab.moving, sites.size).reshape(-1, *sites.shape)
+        rows = [(cell.evaluate(sites - each)[1] - cell.evaluate(sites + each)[1]) / (2 * step) for each in pushed]
+    hessian = np.array(rows).reshape(len(rows), -1)[:, : len(rows)]
+    exact = np.linalg.eigvalsh((hessian + hessian.T) / 2)[-1] * model.length / unit
+    # Its powers come to it from below, and a tenth is added.
+    assert exact < found.stiffest < 1.1 * exact
+    assert found.stiffest > 1.03 * exact

@@ -158,6 +158,9 @@ def test_a_state_under_a_bound_is_sound_and_what_breaks_it_is_its_residual(
         expected["separation"] = -u.mean() - (0.0 if np.isinf(k) else load / k)
     assert {name: value.value for name, value in found.numbers.items()} == pytest.approx(expected, abs=1e-12)
     assert found.numbers["load"].error < 1e-11
+    # A wall that knows no energy has none that is rounded.
+    assert found.numbers["wall_energy"].error <= 1e-12 * abs(found.numbers["wall_energy"].value)
+    assert all(value.error >= 0 for value in found.numbers.values())
     np.testing.assert_array_equal(found.maps["repulsive"][0], touching)
     assert not found.maps["attracted"][0].any()
     if np.isinf(hardness):

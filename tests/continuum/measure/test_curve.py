@@ -97,3 +97,10 @@ def test_the_work_of_a_tension_counts_from_where_the_load_crosses_zero() -> None
     found = adhesion(Curve(mean_gap=distance, separation=distance, load=load, retracting=away))
     assert found.pull_off == 2.0
     assert found.work_of_separation == pytest.approx(0.5 * 0.5 * 2.0 + 0.5 * 2.0 * 2.0)
+
+
+def test_the_work_of_a_path_that_turns_in_tension_counts_from_there() -> None:
+    """From -1 to -3 along a line, then to 0: a trapeze and a triangle; of no tension at all there is none."""
+    load = [0.0, -1.0, -3.0, 0.0]
+    assert adhesion(curve([2.0, 1.0, 2.0, 5.0], load, 1)).work_of_separation == pytest.approx(2.0 + 4.5)
+    assert adhesion(curve([2.0, 1.0, 2.0, 5.0], [0.0, 4.0, 2.0, 1.0], 1)).work_of_separation == 0.0

@@ -90,6 +90,24 @@ def test_areas_do_not_depend_on_the_origin_or_the_axes(seed: int, i: int, j: int
     assert found.attracted == pytest.approx(totals_of(grid, WALL, gap).area_att)
 
 
+@pytest.mark.parametrize("wall", [WALL, HardWall()], ids=["law", "hard"])
+def test_totals_of_many_rows_are_the_means_over_all(wall: LennardJonesSpline | HardWall) -> None:
+    """Sums go over blocks of rows: three of them here, the last one shorter."""
+    grid, rng = Grid((600, 3), (300.0, 6.0)), np.random.default_rng(1)
+    gap, traction = np.maximum(rng.uniform(-0.5, 1.6, grid.shape), 0.0), rng.normal(size=grid.shape)
+    found = totals_of(grid, wall, gap, traction)
+    assert found.load_rep == pytest.approx(np.maximum(traction, 0).mean(), rel=1e-12)
+    assert found.load_att == pytest.approx(np.maximum(-traction, 0).mean(), rel=1e-12)
+    assert found.load == pytest.approx(traction.mean(), rel=1e-12)
+    assert found.area_rep == np.mean(gap < wall.zero_gap if wall is WALL else gap <= 0)
+    assert found.wall_energy == pytest.approx(wall.energy(gap).mean(), rel=1e-12)
+    assert found.smallest_gap == 0.0
+    if wall is WALL:
+        law = totals_of(grid, wall, gap)
+        assert law.load == pytest.approx(wall.evaluate(gap).traction.mean(), rel=1e-12)
+        assert law.wall_energy == found.wall_energy
+
+
 # --- the gap profile ---------------------------------------------------------------------------------------
 
 
@@ -213,6 +231,7 @@ def test_a_flat_surface_has_one_gap_in_the_middle_of_its_bins() -> None:
     found = gap_distribution(Grid.square(8), np.full((8, 8), 2.0), bins=5)
     np.testing.assert_allclose(found.edges, [1.5, 1.7, 1.9, 2.1, 2.3, 2.5])
     np.testing.assert_allclose(found.density, [0, 0, 5, 0, 0], atol=1e-12)
+    assert gap_distribution(Grid.square(8), np.full((8, 8), 2.0)).density.size == 80
 
 
 # --- rough contacts ----------------------------------------------------------------------------------------

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from itertools import product
+
 import mpmath
 import numpy as np
 import pytest
@@ -12,7 +16,7 @@ from scipy.linalg import expm
 from continuum.arguments import ArgumentError
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid
-from continuum.model.substrates import CubicLayer, HalfSpace, Layer, MeanMode, TabulatedSubstrate
+from continuum.model.substrates import CubicLayer, HalfSpace, Layer, MeanMode, Response, TabulatedSubstrate
 
 
 def bonded_layer(q: float, depth: float, nu: float) -> float:
@@ -102,6 +106,13 @@ def test_the_mean_mode_is_what_was_said(mean: MeanMode, value: float) -> None:
 def test_a_mean_mode_that_is_none_is_refused(mean: MeanMode) -> None:
     with pytest.raises(ArgumentError, match='allowed: "clamped", "free", or a number'):
         HalfSpace(mean)
+
+
+@pytest.mark.parametrize("kind", [HalfSpace, partial(Layer, 8.0, 0.3)])
+def test_a_free_mean_mode_carries_no_load_at_a_separation(kind: Callable[[MeanMode], Response]) -> None:
+    """That alone is a control that a substrate is without."""
+    for mean, control in product(("free", "clamped", 0.1), ("separation", "mean-gap", "mean-pressure", "area")):
+        assert bool(kind(mean).without(control)) == (mean == "free" and control == "separation")
 
 
 def test_a_table_serves_its_own_grid_only() -> None:

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.arguments import ArgumentError
+from continuum.model import fourier
 from continuum.model.grid import Grid
 
 grids = st.builds(
@@ -91,3 +92,37 @@ def test_a_grid_knows_its_narrow_and_its_wide_side() -> None:
     assert (plane.is_line, plane.narrowest, plane.widest_step, plane.shortest_period) == (False, 4, 2.0, 6.0)
     assert (line.is_line, line.narrowest, line.widest_step, line.shortest_period) == (True, 6, 0.5, 3.0)
     assert (plane.size, plane.area, plane.cell_area, plane.shape_q) == (24, 48.0, 2.0, (4, 4))
+
+
+@pytest.mark.parametrize("shape", [(36, 70), (33, 47), (64, 32), (1, 128)])
+def test_modes_of_a_coarser_grid_are_those_of_the_finer_one_with_the_same_wave(shape: tuple[int, int]) -> None:
+    """All but its Nyquist modes, which the other grid has with either sign; into memory that held something else."""
+    grid = Grid(shape, (3.0, 5.0))
+    below, rng = grid.coarser, np.random.default_rng(1)
+    assert below is not None
+    one, other = (rng.normal(size=(2, *each.shape_q)) for each in (grid, below))
+    fine, coarse = one[0] + 1j * one[1], other[0] + 1j * other[1]
+    found, taken = np.full(grid.shape_q, 7j), np.full(below.shape_q, 7j)
+    fourier.prolong(coarse, found)
+    fourier.restrict(fine, taken)
+    expected, kept = np.zeros(grid.shape_q, complex), np.zeros(below.shape_q, complex)
+    (rows, columns), (m, n) = below.shape, below.mode_numbers
+    for i, j in np.ndindex(*below.shape_q):
+        if (2 * abs(m[i, 0]) < rows or grid.is_line) and 2 * n[0, j] < columns:
+            expected[m[i, 0], j], kept[i, j] = coarse[i, j], fine[m[i, 0], j]
+    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(taken, kept)
+    np.testing.assert_array_equal(fourier.cut(fine, below.shape_q)[kept != 0], kept[kept != 0])
+
+
+@given(st.integers(2, 5000))
+def test_the_next_coarser_grid_has_about_half_the_points_and_halves_again(n: int) -> None:
+    """Half of a multiple of four; else the nearest multiple of eight, from eight points on."""
+    coarser = Grid((1, n), (1.0, 3.0)).coarser
+    if n < 9 and n % 4:
+        assert coarser is None or coarser.shape == (1, 8)
+        return
+    assert coarser is not None
+    assert coarser.lengths == (1.0, 3.0)
+    assert abs(2 * coarser.shape[1] - n) <= (0 if n % 4 == 0 else 8)
+    assert coarser.shape[1] % (2 if n % 4 == 0 else 8) == 0

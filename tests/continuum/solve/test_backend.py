@@ -68,6 +68,7 @@ def test_a_grid_in_plain_numpy_finds_the_same_state(
     # The same iteration, step by step, but for rounding, which grows from 1e-14 to 1e-10 in 18 steps.
     assert found[0].iterations == found[1].iterations
     np.testing.assert_allclose(*([line.step for line in each.history] for each in found), rtol=1e-8)
+    assert found[0].sweeps == found[1].sweeps
     np.testing.assert_allclose(found[0].gap, found[1].gap, atol=1e-13)
 
 

@@ -18,6 +18,8 @@ from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import HardWall, LennardJonesSpline
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, PathState, state_of
+from continuum.solve.compiled.bound_grid import CompiledBoundGrid
+from continuum.solve.hard import _Dual, _Outcome
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
 from continuum.theory.smooth import Hertz
@@ -305,6 +307,38 @@ def test_work_stays_what_was_measured() -> None:
     assert found.iterations <= 10
     assert found.fft_pairs <= 35
     assert found.gap_error < 1e-8
+
+
+@pytest.mark.parametrize("most", [np.inf, 0.3])
+@pytest.mark.parametrize("mean", [0.0, 0.05, np.inf])
+def test_the_energy_that_is_followed_is_that_of_the_state(mean: float, most: float) -> None:
+    """Step by step, cut by the bound or not; it falls to that of the dual, and by what each step says."""
+    grid = Grid((30, 44), (30.0, 66.0))
+    heights, K = np.random.default_rng(3).normal(size=grid.shape), HalfSpace("free").stiffness(grid)
+    bound = CompiledBoundGrid(grid, K, 1, 128)
+    bound.set_problem(heights, None, lift=0.5, sink=0.0, mean_stiffness=mean, most=most)
+    dual = _Dual(bound, 0.05, mean)
+    dual.cascade(Settings(1e-8), ())
+    dual.energy, size = bound.displace()
+    followed = [dual.energy]
+    for _ in range(6):
+        dual.history.clear()
+        dual._iterate(0.0, 1)  # one step from steepest descent, and the next one's start
+        fresh, size = bound.displace()
+        assert dual.energy == pytest.approx(fresh, abs=1e-12 * size)
+        followed.append(fresh)
+    assert np.all(np.diff(followed) < 0)
+    p, z, offset = (each[:, : grid.shape[1]] for each in (bound.p, bound.z, bound.offset))
+    assert followed[-1] == pytest.approx(np.mean(p * (z + offset)) / 2, rel=1e-12)
+
+
+def test_a_state_is_as_good_as_the_worst_of_what_it_misses() -> None:
+    """Residual, error of the gap, and duality gap over that which a residual of the tolerance leaves."""
+    tolerance, gap, scale = 1e-3, 1e-2, 0.5
+    for missed, excess in (
+        ((3e-3, 2e-2, 1e-3), 3.0), ((1e-3, 4e-2, 1e-3), 4.0), ((1e-3, 1e-2, 2.5e-3), 5.0), ((5e-4, 1e-3, -1.0), 0.5),
+    ):  # fmt: skip
+        assert _Outcome(*missed, scale).excess(tolerance, gap) == pytest.approx(excess)
 
 
 def test_no_contact_is_an_equilibrium_without_load() -> None:

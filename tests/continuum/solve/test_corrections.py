@@ -12,12 +12,12 @@ import pytest
 from continuum.measure.contact import totals_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.laws import Law
+from continuum.model.laws import Law, evaluate
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer, Substrate
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import InversePowers, LennardJonesSpline, Wall
-from continuum.solve.compiled import corrections
+from continuum.solve.compiled import corrections, tractions
 from continuum.solve.compiled import tiles as tiles_of_cpu
 from continuum.solve.solution import Closer, Settings, Solution
 from continuum.solve.solver import Solver
@@ -273,3 +273,25 @@ def test_what_snaps_is_carried_over_on_the_tiles(monkeypatch: pytest.MonkeyPatch
     assert found.iterations <= 5 < slow.iterations
     assert np.abs(found.gap - approach.gap).max() < 1e-4  # what the residuals leave, as above
     assert np.abs(before - approach.gap).max() > 0.5
+
+
+def test_a_step_of_tractions_says_what_is_missing_and_how_the_energy_goes_on() -> None:
+    """Of some rows: f - p(z) there, and the first two derivatives of the energy, <w (f - p)> and <w (t + φ'' w)>."""
+    law, rng, rows = LennardJonesSpline(0.3).law, np.random.default_rng(1), slice(5, 60)
+    assert law is not None
+    f, t, w, missing = rng.normal(size=(4, 64, 32))
+    z, stiffness = 1.2 + 0.3 * rng.normal(size=(64, 32)), np.zeros((64, 32), np.float32)
+    before, sums, kept = (f.copy(), z.copy()), np.zeros(6), missing.copy()
+    tractions.advance_traction(rows.start, rows.stop, sums, f, z, t, w, 0.3, law, missing, stiffness)
+    moved = np.zeros((64, 1))
+    moved[rows] = 0.3
+    np.testing.assert_allclose(f, before[0] + moved * t, atol=1e-15)
+    np.testing.assert_allclose(z, before[1] + moved * w, atol=1e-15)
+    energy, traction, curvature = evaluate(law, z[rows])
+    expected = f[rows] - traction
+    np.testing.assert_allclose(missing[rows], expected, atol=1e-12)
+    np.testing.assert_array_equal(missing[60:], kept[60:])
+    np.testing.assert_allclose(stiffness[rows], curvature, rtol=1e-6)
+    w, t = w[rows], t[rows]
+    both = (expected**2).sum(), energy.sum(), (w * expected).sum(), (w * (t + curvature * w)).sum()
+    np.testing.assert_allclose(sums[:4], both, rtol=1e-11)

@@ -12,6 +12,7 @@ from continuum.model.substrates.substrate import Substrate
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import NumPy
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
+from continuum.solve.hard import _Dual
 
 SHAPES = [(64, 64), (33, 47), (200, 72), (1, 130), (2, 9), (256, 300)]
 
@@ -83,3 +84,36 @@ def test_it_is_nearly_the_inverse_of_the_compliance_between_these_points() -> No
     extended = condition(plain._stiffened)
     cut = condition(lambda each: plain.inverse(plain.K * plain.forward(each)))
     assert extended < 1.5 < 1.9 < cut
+
+
+@pytest.mark.parametrize("mean", [0.0, 0.05, 3.0, np.inf])
+def test_the_mean_mode_enters_as_sherman_and_morrison_say(mean: float) -> None:
+    """The inverse of M^-1 + 1 1ᵀ/(N K_0), on the contact; under a given load without the mean, and M where it is held.
+
+    The level is that at which the contact closes on average, but for what the mean mode gives way.
+    """
+    grid, rng = Grid((7, 10), (7.0, 15.0)), np.random.default_rng(3)
+    plain = ArrayBoundGrid(NumPy(), grid, HalfSpace("free").stiffness(grid), 128)
+    plain.set_problem(np.zeros(grid.shape), None, lift=0.0, sink=0.0, mean_stiffness=mean, most=np.inf)
+    plain.p = 1.0 * (rng.random(grid.shape) < 0.4)
+    plain.z = np.where(plain.p > 0, rng.normal(size=grid.shape), 9.0)
+    plain.clear()
+    dual = _Dual(plain, 0.0, mean)
+    mz = dual._find_contact()
+    dual._precondition(mz)
+    on = plain.p > 0
+    np.testing.assert_array_equal(plain.mask, on)
+    units = np.eye(grid.size)[on.ravel()].reshape(-1, *grid.shape)
+    M = np.array([plain._stiffened(each)[on] for each in units])
+    z, m = plain.z[on], M.sum(axis=1)
+    if np.isinf(mean):
+        np.testing.assert_allclose(plain.s[on], M @ z, atol=1e-12)
+        assert dual._level() == 0.0
+        return
+    whole = mean * grid.size + m.sum()
+    np.testing.assert_allclose(plain.s[on], M @ z - m * (m @ z) / whole, atol=1e-12)
+    if mean > 0:
+        exact = np.linalg.solve(np.linalg.inv(M) + 1 / (mean * grid.size), z)
+        np.testing.assert_allclose(plain.s[on], exact, atol=1e-11)
+    level = dual._level()
+    assert m @ (z + level) == pytest.approx(-mean * grid.size * level, abs=1e-12)

@@ -11,11 +11,13 @@ from scipy.integrate import dblquad
 import continuum as c
 from continuum.arguments import ArgumentError
 from continuum.measure.certificate import check_state
+from continuum.model.fourier import Real
 from continuum.model.open_boundary import FAR, OpenBoundary, cell_influence
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.path.loading import solve
-from continuum.solve.solution import Settings
+from continuum.solve.non_periodic import FARTHER, NonPeriodicSolver
+from continuum.solve.solution import Settings, Solution, Status
 from continuum.theory.smooth import DMT, Hertz, MaugisDugdale
 
 OPEN = c.NonPeriodicHalfSpace()
@@ -189,6 +191,23 @@ def test_states_are_minima_and_certified() -> None:
     assert check.lowest.value > check.lowest.error
     forged = state.gap + 1e-3 * np.random.default_rng(1).normal(size=state.gap.shape)
     assert check_state(contact.problem, forged, rounded=False).residual > 100 * contact.settings.tolerance
+
+
+def test_the_wall_beside_a_window_is_taken_away_until_it_does_not_act() -> None:
+    """Beside a surface that stands 100 a0 high: four times farther each time, and no farther than it takes."""
+    boundary, distances = OpenBoundary(c.Grid.square(4)), list[float]()
+    solver, reach, height = NonPeriodicSolver(boundary), 2.5, 100.0
+
+    def solved(around: Real) -> Solution:
+        distances.append(float(around[-1, -1]))
+        np.testing.assert_array_equal(boundary.inside(around), 0.5)
+        return Solution(around - height, Status.CONVERGED, 1e-7, 3)
+
+    found = solver._unfelt(np.full((4, 4), 0.5), 0.2, reach, solved)
+    np.testing.assert_allclose(distances, distances[0] * FARTHER ** np.arange(len(distances)))
+    assert 0.5 + reach < distances[0] < distances[-2] < height + reach < distances[-1]
+    np.testing.assert_array_equal(found.gap, 0.5 - height)
+    assert found.residual == 2e-7  # as if all of it were in the window
 
 
 # --- what there is not ---------------------------------------------------------------------------------------

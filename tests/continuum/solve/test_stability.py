@@ -55,6 +55,9 @@ def test_rough_surfaces_against_dense_eigenvalues(adhesion_length: float) -> Non
     exact = scipy.linalg.eigvalsh((dense + dense.T) / 2, subset_by_index=[0, 0])[0]
     found = stability(problem.grid, problem.stiffness_q, problem.wall.evaluate(gap).stiffness)
     assert exact - 1e-12 <= found.eigenvalue <= exact + found.error
+    # The error is what the mode lacks of an eigenvector, and no more: the mean is no part of it.
+    image = dense @ found.mode.ravel() - found.eigenvalue * found.mode.ravel()
+    assert np.sqrt(np.mean((image - image.mean()) ** 2)) == pytest.approx(found.error, rel=1e-6)
 
 
 @pytest.mark.parametrize(("shape", "mean"), covering([(6, 6), (7, 5), (2, 9)], [None, 0.0]))

@@ -12,6 +12,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine
+from continuum.solve.compiled import near_field
 from continuum.solve.compiled import tiles as tiles_of_cpu
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
 from continuum.solve.compiled.near_field import SIDE
@@ -73,8 +74,70 @@ def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: Spots) -> N
         exact = engine.gather(np.fft.irfft2(p_q / np.where(K > 0, K, 1.0), s=grid.shape))
         found = engine.comply_with(engine.gather(p), np.empty(engine.shape, np.float32))
         on = engine.gather(contact.astype(np.float64)) > 0
-        missed = found[on] - exact[on]
-        assert np.ptp(missed) < 0.01 * np.ptp(exact[on])
+        missed = found - exact
+        # Six thousandths are measured, on the contact and beside it.
+        assert np.ptp(missed[on]) < 0.007 * np.ptp(exact[on])
+        assert np.ptp(missed) < 0.007 * np.ptp(exact)
+
+
+def scattered(engine: Tiles, values: Real) -> Real:
+    """A field of the whole grid that vanishes beside the tiles."""
+    field = np.zeros([n * SIDE for n in engine.slots.shape])
+    engine.scatter(values, field)
+    return field
+
+
+@pytest.mark.parametrize("of", ["G", "K"])
+def test_the_near_field_is_a_convolution(of: str, spots: Spots) -> None:
+    """With a kernel that ends within a tile, over the seam of the period too."""
+    grid, _, engine, contact = spots
+    kernel, reach, own = {
+        "G": (engine.split.G_near, tiles_of_cpu.REACH, engine.own),
+        "K": (engine.split.K_near, tiles_of_cpu.STIFF_REACH, engine.stiff),
+    }[of]
+    assert np.array_equal(kernel[:, :4], np.zeros((reach, 4)))
+    assert not kernel[:, 2 * reach + 3 :].any()
+    values = engine.gather(contact * np.random.default_rng(3).standard_normal(grid.shape))
+    out = np.full(engine.shape, 7.0, np.float32)
+    engine._sum_near(values, kernel, reach, own, out)
+    around = np.arange(1 - reach, reach)
+    whole = np.zeros(grid.shape)
+    whole[np.ix_(around, around)] = kernel[np.abs(around), 4 : 2 * reach + 3]
+    exact = np.fft.irfft2(np.fft.rfft2(whole) * np.fft.rfft2(scattered(engine, values)), s=grid.shape)
+    # Some hundred terms in single precision.
+    np.testing.assert_allclose(out, engine.gather(exact), atol=3e-6 * np.abs(exact).max())
+
+
+def test_splines_add_up_to_one_and_their_moments_are_those_of_the_place() -> None:
+    """Of any number of them, as each ends two spacings away; a straight line is met exactly."""
+    x, at = np.linspace(-1.0, 1.0, 9)[:, None], np.arange(-6, 7)
+    np.testing.assert_allclose(near_field.cubic_spline(x - at).sum(axis=1), 1.0, rtol=1e-14)
+    np.testing.assert_allclose((near_field.cubic_spline(x - at) * at).sum(axis=1), x[:, 0], atol=1e-14)
+    np.testing.assert_allclose((near_field.cubic_spline(x - at) * at**2).sum(axis=1), x[:, 0] ** 2 + 1 / 3)
+
+
+def test_the_way_to_the_coarse_grid_and_back_is_by_cubic_splines(spots: Spots) -> None:
+    grid, _, engine, _ = spots
+    rng = np.random.default_rng(4)
+    values, (nx, ny) = rng.standard_normal(engine.shape), grid.shape
+    values[3:40] = 0.0
+
+    def splines(n: int) -> Real:
+        """Value at each point of the spline about every fourth of them, in the period."""
+        apart = np.abs(np.arange(n)[:, None] - 4 * np.arange(n // 4))
+        x = np.minimum(apart, n - apart) / 4
+        return np.where(x < 1, 2 / 3 - x * x + x**3 / 2, np.where(x < 2, (2 - x) ** 3 / 6, 0.0))
+
+    S, T = splines(nx), splines(ny)
+    coarse = engine.split.far.single_rows()
+    engine._down(values, coarse)
+    # The mean over the 16 points of a coarse one.
+    np.testing.assert_allclose(coarse[:, : ny // 4], S.T @ scattered(engine, values) @ T / 16, atol=2e-6)
+    coarse[:, : ny // 4] = rng.standard_normal((nx // 4, ny // 4))
+    out = np.ones(engine.shape, np.float32)
+    engine._up(coarse, out)
+    exact = S @ coarse[:, : ny // 4] @ T.T
+    np.testing.assert_allclose(out, 1 + engine.gather(exact), atol=2e-6)
 
 
 def test_a_response_that_is_not_even_has_no_tiles(small: None) -> None:
@@ -105,7 +168,52 @@ def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: Spots) -> Non
     # The mean is apart: it has another way.
     assert np.linalg.eigvalsh(M)[0] > 0
     product = np.sort(np.linalg.eigvals(M @ G).real)
-    assert product[-1] < 4 * product[len(product) // 100 + 1]
+    assert 0.7 < product[0] < product[-1] < 1.3  # 0.725 and 1.251 are measured
+
+
+def test_the_energy_of_tiles_changes_as_that_of_the_state(small: None) -> None:
+    """By <(p' - p) (z' + z)>/2 from one pressure to the next: a free step to its minimum, one cut by the bound, scaled.
+
+    And z follows the pressure as the whole grid's does, to a part of a hundred.
+    """
+    grid, rng = Grid((256, 512), (256.0, 512.0)), np.random.default_rng(4)
+    whole = pressed(grid, HalfSpace("free").stiffness(grid))
+    p, n = whole.p[:, :512], 512
+    p[40:60, 50:90] = 1.0 + rng.random((20, 40))
+    whole.offset[:, :n] = rng.random(grid.shape)
+    energy, size = whole.displace()
+    tiles = whole.tiles(1e3, energy, size)  # what lies below does not count here
+    assert tiles is not None
+    on = tiles.p > 0
+    # Of another height, at which the free step is short.
+    tiles.offset -= (level := tiles.z[on].mean() - 0.1)
+    tiles.z -= level
+    tiles.t[...] = on * rng.random(tiles.p.shape)
+
+    def moved(before: tuple[Real, Real]) -> float:
+        change = tiles.p - before[0]
+        whole.change[...] = 0.0
+        tiles.model.scatter(change, whole.change)
+        q = np.fft.rfft2(whole.change[:, :n])
+        exact = tiles.model.gather(np.fft.irfft2(q * whole.G, s=grid.shape))
+        missed = tiles.z - before[1] - exact
+        assert np.ptp(missed[on]) < 0.01 * np.ptp(exact[on])
+        return float(np.sum(change * (tiles.z + before[1])) / 2 / grid.size)
+
+    before = tiles.p.copy(), tiles.z.copy()
+    step = np.sum(tiles.t * tiles.z) / grid.size / tiles.curvature()
+    assert tiles.trial(step)[0] == 0 < step
+    tiles.advance(step)
+    assert tiles._energy - energy == pytest.approx(moved(before), rel=1e-6)  # single precision
+    energy, before = tiles._energy, (tiles.p.copy(), tiles.z.copy())
+    tiles.p[...] = before[0]
+    cut, wanted, found = tiles.trial(1.8)
+    assert cut < 0 < wanted < found
+    assert tiles.arrive(wanted, found)[0] == tiles._found
+    tiles.accept()
+    assert tiles._energy - energy == pytest.approx(moved(before), rel=1e-6)
+    assert tiles.p.min() == 0.0
+    assert tiles.total() == pytest.approx(wanted, rel=1e-12)
 
 
 def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tuple[Solution, Solution]:
