@@ -54,7 +54,7 @@ class TabulatedWall(Wall):
         return {"gap": self.gap, "traction": self.traction}
 
     @cached_property
-    def _spline(self) -> scipy.interpolate.CubicSpline:  # as a word: to import it takes as long as the others
+    def _spline(self) -> scipy.interpolate.CubicSpline:
         return scipy.interpolate.CubicSpline(self.gap, self.traction)
 
     @cached_property
