@@ -37,7 +37,8 @@ class _Descending(Modes):
 
     def __init__(self, library: Library, grid: Grid, stiffness_q: Real, kind: Any = None) -> None:
         super().__init__(library, grid, stiffness_q, kind)
-        self._short_waves, self._shift = SHORT_WAVES * float(stiffness_q[:, 1:].max()), np.nan
+        self._short_waves = SHORT_WAVES * float(stiffness_q[:, 1:].max())
+        self._shifts: dict[float, Array] = {}
         self._c0: Array = None
 
     @property
@@ -45,8 +46,9 @@ class _Descending(Modes):
         return passes.ModeStiffness(self.K, self.marks, self._c0)
 
     def _gradient(self, work: Array, shift: float, alpha: Array, *, coarse: bool, linear: bool) -> Array:
-        if shift != self._shift:
-            self._shift, self._c0 = shift, self.library.put([shift, self._short_waves], self.kind)
+        if shift not in self._shifts:  # none is given back: what is recorded reads it again
+            self._shifts[shift] = self.library.put([shift, self._short_waves], self.kind)
+        self._c0 = self._shifts[shift]
         given = self.g, self.d_q, work, self._waves, alpha
         self.g, self.y, sums = passes.finish_step(self.library, *given, coarse=coarse, held=self.held, linear=linear)
         return sums
