@@ -5,6 +5,8 @@ tolerance allows, whose coefficients LAMMPS looks up by the number of the piece 
 independent of their number.  The remaining error is measured and written into the deck.
 """
 
+from __future__ import annotations
+
 import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -114,7 +114,7 @@ def _below(xp: Any, part: tuple[Array, Array], low: Array, size: Array, *, kind:
     return xp.astype(xp.where(low, xp.concat(part), 0.0) / xp.astype(size, part[0].dtype), kind)
 
 
-def raised(xp: Any, spectrum: Array, low: Array, shape: tuple[int, ...]) -> Array:
+def widened(xp: Any, spectrum: Array, low: Array, shape: tuple[int, ...]) -> Array:
     """The low modes in a spectrum of a shape, zero beyond."""
     (rows, columns), half = spectrum.shape[:2], low_rows(spectrum.shape[0])
     kept = xp.where(low, spectrum, 0.0)
@@ -126,7 +126,7 @@ def raised(xp: Any, spectrum: Array, low: Array, shape: tuple[int, ...]) -> Arra
 
 @fused
 def _above(xp: Any, spectrum: Array, low: Array, *, shape: tuple[int, int]) -> Array:
-    return raised(xp, spectrum, low, shape)
+    return widened(xp, spectrum, low, shape)
 
 
 def sum_of(xp: Any, values: Array) -> Array:

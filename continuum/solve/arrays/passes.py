@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Self
 from continuum.model import laws
 from continuum.model.laws import OnArrays
 from continuum.solve.arrays.library import Array, Library, fused
-from continuum.solve.arrays.modes import ModeMarks, mean, raised, sum_of, without_mean
+from continuum.solve.arrays.modes import ModeMarks, mean, sum_of, widened, without_mean
 
 # --- passes over spectra ---------------------------------------------------------------------------------------
 
@@ -97,7 +97,7 @@ def direction(
     """Direction d <- beta d - s; s is M g but for the modes of a coarser grid that has found a step of a size."""
     K, (row, column), (_, s) = waves.K, waves.marks.low, _step_of(xp, g, waves, coarse)
     if coarse:
-        there = raised(xp, xp.astype(found, K.dtype), low, (g.shape[0], g.shape[1]))
+        there = widened(xp, xp.astype(found, K.dtype), low, (g.shape[0], g.shape[1]))
         s = xp.where(row & column & (size > 0), there * xp.astype(-size, K.dtype), s)
     return xp.astype(beta, K.dtype) * d - s
 

@@ -77,8 +77,6 @@ class ArrayLinearGrid(_Descending):
     """The linear problem (K + stiffness) x = -g of a grid, for a step of the next finer one."""
 
     x: Array = None
-    problem: tuple[Array, Array]
-    """Its g and its stiffness."""
 
     def __init__(
         self, library: Library, grid: Grid, stiffness_q: Real, kind: str, coarser: ArrayLinearGrid | None
@@ -105,7 +103,7 @@ class ArrayLinearGrid(_Descending):
         key, before = (*given, self.held), [each.transforms for each in self.chain]
         if key not in self._recorded:
             self._recorded[key] = self.library.recorded(partial(self._relax, *given))
-        moved, self.x = self._recorded[key](*self.problem)
+        moved, self.x = self._recorded[key](self.g, self.stiffness)
         made = [each.transforms - begun for each, begun in zip(self.chain, before, strict=True)]
         # What is replayed does not count by itself.
         for each, begun, counted in zip(self.chain, before, self._transforms.setdefault(key, made), strict=True):
@@ -262,7 +260,7 @@ class ArraySmoothGrid(_Descending):
 
     def restrict(self, size: float) -> None:
         assert self.linear is not None
-        self.linear.problem = self._restricted(self.library.number(size))
+        self.linear.g, self.linear.stiffness = self._restricted(self.library.number(size))
 
     def low_modes(self, shift: float, size: float) -> Real:
         self._size = size

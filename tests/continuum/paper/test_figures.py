@@ -263,6 +263,7 @@ def test_every_figure_is_made_for_print_and_has_its_numbers_beside_it(name: str,
     # Not an empty page: axes and letters alone are darker than grey on more than a hundredth of it.
     canvas = drawing.figure.canvas
     assert isinstance(canvas, FigureCanvasAgg)
+    canvas.draw()
     assert np.mean(np.asarray(canvas.buffer_rgba())[..., :3].min(axis=-1) < 128) > 0.01
     lines = drawing.sheet.csv().splitlines()
     assert "l_a (a0)" in lines[0].split(",")
