@@ -4,6 +4,8 @@ The plugin is one file of C++, ``atomistic/plugin/heightmap.cpp``.  A deck conta
 compiler here built for the installed LAMMPS; for another LAMMPS the same command builds it with its headers.
 """
 
+from __future__ import annotations
+
 import importlib.metadata
 import importlib.util
 import os
