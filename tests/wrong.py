@@ -37,6 +37,7 @@ def refused_by_name(function: Callable[..., object], good: Mapping[str, Any], na
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
+            warnings.filterwarnings("ignore", "Setting the shape on a NumPy array", DeprecationWarning)  # by ASE
             warnings.simplefilter("ignore", UserWarning)  # ours, of what a grid does not resolve
             function(**{**good, name: value})
             return False
