@@ -157,7 +157,7 @@ class Torch(Library):
     def compile(self, function: Callable[..., Result]) -> Callable[..., Result]:
         if self.device == "cpu":
             return function
-        # For grids of any size: a size that is compiled by itself takes minutes, and is no faster.
+        # For grids of any size: with a compilation for each, 4096² and its coarser grids pass the limit.
         import_module("torch._dynamo").config.recompile_limit = 64
         made: Callable[..., Result] = self._torch.compile(function, fullgraph=True, dynamic=True)
         return made
