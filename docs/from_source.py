@@ -90,18 +90,16 @@ def stored() -> dict[str, dict[str, Dataset]]:
         table.write_text("0.5 1.0\n1.0 0.0\n1.5 -0.1\n2.0 0.0\n")
         adhesive.write_text(_RUN.format(wall='law = "table"\npath = "table.txt"'))
         hard.write_text(_RUN.format(wall='law = "hard"\nhardness = 0.1'))
-        runs = [read_datasets(c.run(one, folder).path, RunConfig.result_schema, RunConfig.result_version)
-                for one in (adhesive, hard)]  # fmt: skip
+        runs = [c.run(one, folder).path for one in (adhesive, hard)]
         contact = c.Contact(c.sine(c.Grid.square(8), 0.1, (1, 1)), wall=c.LennardJonesSpline(0.0))
         deck = a.run_deck(a.deck(contact, a.Springs(), separation=0.9).write(folder / "deck"))
         deck.store(folder / "deck.h5", deck.compare())
         (folder / "validation.toml").write_text(_VALIDATION)
         path = a.validate(folder / "validation.toml", folder, workers=1).path
-        return {
-            "run": runs[0].datasets | runs[1].datasets,
-            "deck": read_datasets(folder / "deck.h5", SCHEMA, VERSION).datasets,
-            "validation": read_datasets(path, ValidateConfig.result_schema, ValidateConfig.result_version).datasets,
-        }
+        run, check = ((one.result_schema, one.result_version) for one in (RunConfig, ValidateConfig))
+        files = [(one, *run) for one in runs] + [(folder / "deck.h5", SCHEMA, VERSION), (path, *check)]
+        first, second, ran, checked = (read_datasets(*file, labels=True).datasets for file in files)
+        return {"run": first | second, "deck": ran, "validation": checked}
 
 
 _FILES = {

@@ -25,7 +25,7 @@ def opens_in_xarray(
     path: Path, engine: str | None, schema: str = RunConfig.result_schema, version: int = RunConfig.result_version
 ) -> None:
     """Every dataset of a file, in its group, has the values, dimensions and units that were stored."""
-    file = store.read_datasets(path, schema, version)
+    file = store.read_datasets(path, schema, version, labels=True)
     for group in {name.rpartition("/")[0] for name in file.datasets}:
         with xarray.open_dataset(path, engine=engine, group=group or None) as data:
             for name, dataset in file.datasets.items():

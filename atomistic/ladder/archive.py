@@ -179,7 +179,7 @@ def read_archive_part(path: Path, config: ValidateConfig) -> Mapping[str, Datase
 
     Raises continuum.files.store.StoreError if the file is missing, or belongs to another validation.
     """
-    file = store.read_datasets(path, PART, config.result_version)
+    file = store.read_datasets(path, PART, config.result_version, labels=True)
     if file.attributes["identity"] != identity(config):
         raise StoreError(f"{path}: belongs to another validation")
     return file.datasets

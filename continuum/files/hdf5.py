@@ -13,7 +13,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import h5py
 import numpy as np
-from h5py import h5ds
+from h5py import h5ds, h5l
 from numpy.typing import NDArray
 
 from continuum.errors import InputError
@@ -132,9 +132,8 @@ def datasets_in(path: str | Path, group: h5py.Group, prefix: str = "") -> Iterat
 
 def _item(path: str | Path, group: h5py.Group, name: str, full: str) -> Any:
     """The member of a group of this name; refused if it lies in another file."""
-    link = group.get(name, getlink=True)
-    if not isinstance(link, h5py.HardLink):
-        raise StoreError(f"{path}: {full} is a link to elsewhere ({type(link).__name__}), which is refused")
+    if group.id.links.get_info(name.encode()).type != h5l.TYPE_HARD:  # half the time of h5py's own question
+        raise StoreError(f"{path}: {full} is a link to elsewhere, which is refused")
     item = group[name]
     if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external):
         raise StoreError(f"{path}: the data of {full} lie in other files, which is refused")

@@ -393,7 +393,7 @@ def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
 
 def _fault(path: Path) -> str:
     try:
-        file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version)
+        file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, labels=True)
         numbers_of(path)
     except StoreError as error:
         return str(error)

@@ -34,7 +34,7 @@ def some() -> dict[str, Dataset]:
 
 
 def read(path: Path) -> store.File:
-    return store.read_datasets(path, "test", 1)
+    return store.read_datasets(path, "test", 1, labels=True)
 
 
 def test_what_is_written_is_read_back(tmp_path: Path) -> None:
