@@ -104,10 +104,10 @@ def constrain(
 class _Outcome(NamedTuple):
     """What the state found misses, from fresh transforms."""
 
-    residual: float = np.inf
-    gap_error: float = np.inf
-    duality_gap: float = np.inf
-    scale: float = 0.0
+    residual: float
+    gap_error: float
+    duality_gap: float
+    scale: float
     """Largest duality gap that a residual of one leaves."""
 
     def excess(self, tolerance: float, gap: float) -> float:
@@ -170,7 +170,6 @@ class _Dual:
 
     def solve(self, settings: Settings) -> tuple[Status, _Outcome]:
         """Iterate until what is computed afresh is small: error of the gap, residual, bound on that of the energy."""
-        outcome = _Outcome()
         gap = allowed = self._allowed(settings.tolerance)
         for _ in range(VERIFICATIONS):
             status = self.descend(gap, settings.max_iterations)

@@ -68,7 +68,7 @@ def fuller_tabor(ratio: float) -> float:
         return float(scipy.integrate.simpson(weighed, dx=(a[-1] - a[0]) / parts)) / (unit * math.sqrt(2 * math.pi))
 
     # Where it is about, 200 parts tell as well.
-    return _largest_tension(load, lambda t: load(t, 200), -3.0, 6.0 + 1 / ratio) / 1.5
+    return _largest_tension(load, lambda t: load(t, parts=200), -3.0, 6.0 + 1 / ratio) / 1.5
 
 
 def dmt_asperities(ratio: float) -> float:

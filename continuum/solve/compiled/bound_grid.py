@@ -165,8 +165,8 @@ class CompiledBoundGrid(ContactPasses):
         return count, changed, mz, m, eighth**0.125
 
     def renew(self) -> None:
-        if not self._stiffen(self.m) > 0:
-            self.sweep(pressing.ones, self.contact)
+        if not self._stiffen(self.m, None, 1.0) > 0:
+            self.m[:, : self.n] = self.mask
 
     def precondition(self, level: float) -> float:
         return self._stiffen(self.s, self.z, level)
@@ -296,7 +296,7 @@ class TileGrid(CompiledBoundGrid):
     def sweep(self, sweep: Task[Given], *given: Given.args, **named: Given.kwargs) -> Real:
         return self.model.sweep(sweep, *given, **named)
 
-    def _stiffen(self, out: Real, z: Real | None = None, shift: float = 0.0) -> float:
+    def _stiffen(self, out: Real, z: Real | None, shift: float) -> float:
         return self.model.stiffen(self.mask, out, self.softest, z, shift)
 
     def new_direction(self, beta: float, weight: float) -> None:
