@@ -58,11 +58,10 @@ COSTS = {
     "PIECES", "_KNOTS", "_NODES", "at_once",  # how finely
     "SMOOTH", "STIFF_SMOOTH", "COARSE_TOLERANCES", "COARSE_REDUCTION", "MISSED", "BEYOND", "SLOW", "LOOSE", "STALE",
     "CLOSE", "SNAPS", "NEWTON_STEPS", "TRIALS", "SLOPE_ACCEPTED", "SLOPE_REDUCTION", "BOX_TOLERANCE", "BOX_ITERATIONS",
-    "SHORT_WAVES", "MOST_SMOOTH", "SMALL_SHARE", "MARGIN", "POINTS", "FEWEST", "LEAST", "since", "carried",
+    "SHORT_WAVES", "MOST_SMOOTH", "SMALL_SHARE", "MARGIN", "FEWEST", "LEAST",
     # by which way a solve goes to its tolerance
-    "seconds", "fft_seconds",  # how long that took
 }  # fmt: skip
-"""Names of which one more or less costs time or memory, or says so, but gives the same result to its stated error."""
+"""Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
 MANY = 100
 """Points of a `linspace` or `geomspace`, `parts` of an integral, and steps of a `limit` or `evaluations` at most, of
 which one more or less is no other physics."""
@@ -195,7 +194,7 @@ def is_physics(node: Any) -> bool:
         if node.type == "raise_stmt":
             return False
         if node.type == "expr_stmt":
-            names = set(re.findall(r"\w+", node.get_code().partition("=")[0]))
+            names = set(re.findall(r"\w+", node.get_code(include_prefix=False).partition("=")[0]))
             if names & (MESSAGES | COSTS):
                 return False
         node = node.parent
