@@ -46,8 +46,8 @@ CHANGES = re.compile(
     "ReplaceUnaryOperator_(USub_UAdd|Delete_Not)|ReplaceAndWithOr|ReplaceOrWithAnd)$"
 )
 """Of the changes of cosmic-ray those that turn physics into other physics, not into an error of types."""
-NO_PRODUCTS = {"parameters", "param", "lambdef", "argument", "star_expr"}
-"""Where `*` and `/` of the grammar are no operators: ``f(*x)``, ``def f(x, *, y)``."""
+NO_PRODUCTS = {"parameters", "param", "lambdef", "argument", "star_expr", "dictorsetmaker", "atom"}
+"""Where `*` and `/` of the grammar are no operators: ``f(*x)``, ``def f(x, *, y)``, ``{**x}``."""
 MESSAGES = {"msg", "allowed", "VERSION"}
 """Names of texts that say what is wrong, and of formats of files; numbers there, and in what is raised, change no
 result."""
