@@ -60,6 +60,7 @@ COSTS = {
     "CLOSE", "SNAPS", "NEWTON_STEPS", "TRIALS", "SLOPE_ACCEPTED", "SLOPE_REDUCTION", "BOX_TOLERANCE", "BOX_ITERATIONS",
     "SHORT_WAVES", "MOST_SMOOTH", "SMALL_SHARE", "MARGIN", "FEWEST", "LEAST",
     # by which way a solve goes to its tolerance
+    "guess", "volumes",  # about where a crystal is looked for, which is there or an error is raised
 }  # fmt: skip
 """Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
 MANY = 100
