@@ -48,9 +48,9 @@ CHANGES = re.compile(
 """Of the changes of cosmic-ray those that turn physics into other physics, not into an error of types."""
 NO_PRODUCTS = {"parameters", "param", "lambdef", "argument", "star_expr", "dictorsetmaker", "atom"}
 """Where `*` and `/` of the grammar are no operators: ``f(*x)``, ``def f(x, *, y)``, ``{**x}``."""
-MESSAGES = {"msg", "allowed", "VERSION"}
-"""Names of texts that say what is wrong, and of formats of files; numbers there, and in what is raised, change no
-result."""
+MESSAGES = {"msg", "allowed", "VERSION", "example"}
+"""Names of texts that say what is wrong, of formats of files and of examples of an input; numbers there, and in what is
+raised, change no result."""
 COSTS = {
     "_PADDING", "_ROWS", "TILE", "_WORTH_THREADS", "SMALL",  # how much at once
     "COARSE_LIMIT", "COARSE_ITERATIONS", "ITERATIONS", "HALVINGS", "VERIFICATIONS", "ATTEMPTS",  # how often at most

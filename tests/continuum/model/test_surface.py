@@ -238,3 +238,13 @@ def test_the_slope_that_belongs_to_a_height_is_that_of_all_waves_between_the_two
     # C ~ q^(-2-2H): mean squares of heights and slopes are integrals of q C and q³ C.
     heights, slopes = (quad(lambda q, p=p: q ** (p - 2 - 2 * hurst), low, high)[0] for p in (1, 3))
     assert surface.expected_slope == pytest.approx(0.5 * np.sqrt(slopes / heights), rel=1e-9)
+
+
+def test_a_surface_of_a_given_height_has_it_on_average_over_its_ensemble() -> None:
+    grid = Grid((48, 32), (96.0, 64.0))
+    surface = SelfAffineSurface(kind="self-affine", hurst=0.8, rms_height=0.5, lambda_s=8.0, lambda_L=64.0, seed=1)
+    assert surface.expected(grid).rms_height == pytest.approx(0.5, rel=1e-12)
+    assert surface.build(grid).std() == pytest.approx(0.5, rel=1e-12)
+    loose = surface.model_copy(update={"rescale": False}).build(grid)
+    assert loose.std() != pytest.approx(0.5, rel=1e-3)
+    np.testing.assert_allclose(loose / loose.std(), surface.build(grid) / 0.5, atol=1e-12)
