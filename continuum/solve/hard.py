@@ -127,7 +127,7 @@ class _Dual:
         self.grid, self.pressure, self.mean_stiffness = grid, pressure, mean_stiffness
         self.bordered = bool(np.isfinite(mean_stiffness))
         self.loaded = mean_stiffness == 0
-        self.level = self.energy = self.in_m = self.gap_error = 0.0
+        self.level = self.energy = self.in_m = self.gap_error = np.nan
         self.changed = np.inf
         self.fresh = False
         """Whether z is that of p by the whole grid's own transforms."""
@@ -222,7 +222,7 @@ class _Dual:
         """Conjugate gradients on the contact, which is found anew in each iteration."""
         grid = self.grid
         grid.clear()
-        beta = zs_before = step = 0.0
+        zs_before = step = 0.0
         while True:
             mz = self._find_contact()
             if self.gap_error <= gap:

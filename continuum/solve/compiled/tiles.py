@@ -52,7 +52,6 @@ class Split:
         self.wall = wall
         self.far = Passes(coarse, np.zeros(coarse.shape_q, np.float32), whole.threads)
         K = cut(whole.K, coarse.shape_q)
-        K[0, 0] = 0.0
         self.G_far = _far(_inverse(K), coarse.shape, SMOOTH)
         self.K_far = _far(K / (1 + K / wall), coarse.shape, STIFF_SMOOTH)
         rows, columns = (n // BOX for n in whole.grid.shape)
