@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.integrate import quad
 
 from continuum.arguments import ArgumentError
 from continuum.model.grid import Grid
-from continuum.model.surface import SelfAffine, moments, power_spectrum
+from continuum.model.surface import LARGEST_SLOPE, SMALLEST_SLOPE, SelfAffine, moments, power_spectrum
 from continuum.model.surfaces import CylinderSurface, PunchSurface, SelfAffineSurface, sine, sphere
 from tests.wrong import ANYTHING, refused_by_name
 
@@ -248,3 +249,13 @@ def test_a_surface_of_a_given_height_has_it_on_average_over_its_ensemble() -> No
     loose = surface.model_copy(update={"rescale": False}).build(grid)
     assert loose.std() != pytest.approx(0.5, rel=1e-3)
     np.testing.assert_allclose(loose / loose.std(), surface.build(grid) / 0.5, atol=1e-12)
+
+
+def test_the_heights_that_are_allowed_are_those_of_the_slopes_that_are() -> None:
+    grid, keys = Grid((48, 32), (96.0, 64.0)), {"kind": "self-affine", "hurst": 0.8, "lambda_s": 8.0, "lambda_L": 64.0}
+    with pytest.raises(ArgumentError, match=r"^rms_height = ") as error:
+        SelfAffineSurface(**keys, rms_height=1e5, seed=1).build(grid)
+    least, most = map(float, re.findall(r"from (\S+) to (\S+) a0", str(error.value))[0])
+    for height, slope in ((least, SMALLEST_SLOPE), (most, LARGEST_SLOPE)):
+        surface = SelfAffineSurface(**keys, rms_height=height * (1.01 if height == least else 0.99), seed=1)
+        assert surface.expected(grid).rms_slope == pytest.approx(slope, rel=0.02)
