@@ -46,11 +46,11 @@ CHANGES = re.compile(
     "ReplaceUnaryOperator_(USub_UAdd|Delete_Not)|ReplaceAndWithOr|ReplaceOrWithAnd)$"
 )
 """Of the changes of cosmic-ray those that turn physics into other physics, not into an error of types."""
-NO_PRODUCTS = {"parameters", "param", "lambdef", "argument", "star_expr"}
-"""Where `*` and `/` of the grammar are no operators: ``f(*x)``, ``def f(x, *, y)``."""
-MESSAGES = {"msg", "allowed", "VERSION"}
-"""Names of texts that say what is wrong, and of formats of files; numbers there, and in what is raised, change no
-result."""
+NO_PRODUCTS = {"parameters", "param", "lambdef", "argument", "star_expr", "dictorsetmaker", "atom"}
+"""Where `*` and `/` of the grammar are no operators: ``f(*x)``, ``def f(x, *, y)``, ``{**x}``."""
+MESSAGES = {"msg", "allowed", "VERSION", "example"}
+"""Names of texts that say what is wrong, of formats of files and of examples of an input; numbers there, and in what is
+raised, change no result."""
 COSTS = {
     "_PADDING", "_ROWS", "TILE", "_WORTH_THREADS", "SMALL",  # how much at once
     "COARSE_LIMIT", "COARSE_ITERATIONS", "ITERATIONS", "HALVINGS", "VERIFICATIONS", "ATTEMPTS",  # how often at most
@@ -58,11 +58,14 @@ COSTS = {
     "PIECES", "_KNOTS", "_NODES", "at_once",  # how finely
     "SMOOTH", "STIFF_SMOOTH", "COARSE_TOLERANCES", "COARSE_REDUCTION", "MISSED", "BEYOND", "SLOW", "LOOSE", "STALE",
     "CLOSE", "SNAPS", "NEWTON_STEPS", "TRIALS", "SLOPE_ACCEPTED", "SLOPE_REDUCTION", "BOX_TOLERANCE", "BOX_ITERATIONS",
-    "SHORT_WAVES", "MOST_SMOOTH", "SMALL_SHARE", "MARGIN",  # by which way a solve goes to its tolerance
+    "SHORT_WAVES", "MOST_SMOOTH", "SMALL_SHARE", "MARGIN", "FEWEST", "LEAST",
+    # by which way a solve goes to its tolerance
+    "guess", "volumes",  # about where a crystal is looked for, which is there or an error is raised
 }  # fmt: skip
 """Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
 MANY = 100
-"""Points of a `linspace` or `geomspace`, and steps of a `limit`, of which one more or less is no other physics."""
+"""Points of a `linspace` or `geomspace`, `parts` of an integral, and steps of a `limit` or `evaluations` at most, of
+which one more or less is no other physics."""
 SECONDS = 120
 """CPU time of one test, after which the change counts as caught: it does not end.  The slowest takes some 20 s."""
 LIBRARIES = ["numba", "numpy", "scipy.optimize", "scipy.ndimage", "scipy.signal", "scipy.stats", "pydantic", "pandas",
@@ -173,11 +176,15 @@ def is_physics(node: Any) -> bool:
     if getattr(node, "value", "") in ("*", "/", "**") and node.parent.type in NO_PRODUCTS:
         return False
     last = node.value if node.type == "number" else None
+    before = getattr(node.get_previous_sibling(), "value", "")
     many = node.type == "number" and node.value.isdigit() and int(node.value) >= MANY
     while node.parent is not None:
         # The code of a whole module is not asked for at each of its numbers.
-        call = node.get_code().strip() if node.type in ("atom_expr", "argument") else ""
-        if many and call.startswith(("limit=", "np.linspace(", "np.geomspace(")):
+        call = node.get_code().strip() if node.type in ("atom_expr", "argument", "param", "expr_stmt") else ""
+        if many and call.startswith(("limit=", "parts", "evaluations:", "np.linspace(", "np.geomspace(")):
+            return False
+        # A length that is left to be found: -2 says the same as -1, and 0 fails at once.
+        if last == "1" and before == "-" and re.search(r"reshape\([^)]*-1", call):
             return False
         # Room, of which more is not used and less fails at once; and a seed of where a search begins.
         if re.match(r"([\w.]+\.)?(empty|zeros|default_rng)\(", call):
@@ -188,7 +195,7 @@ def is_physics(node: Any) -> bool:
         if node.type == "raise_stmt":
             return False
         if node.type == "expr_stmt":
-            names = set(re.findall(r"\w+", node.get_code().partition("=")[0]))
+            names = set(re.findall(r"\w+", node.get_code(include_prefix=False).partition("=")[0]))
             if names & (MESSAGES | COSTS):
                 return False
         node = node.parent

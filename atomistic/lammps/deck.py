@@ -293,7 +293,6 @@ def render(deck: Deck) -> dict[str, str]:
         "lost": slab.lost,
         "core": NO_CORE,
         "results": "",
-        "steps": 1,
         "relaxed": len(deck.starts),
         "flags": " ".join(plugin.FLAGS),
         "old_strings": plugin.OLD_STRINGS,

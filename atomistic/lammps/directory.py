@@ -8,6 +8,7 @@ import itertools
 import json
 import re
 from contextlib import AbstractContextManager
+from math import prod
 from pathlib import Path
 from typing import BinaryIO, TextIO
 
@@ -128,7 +129,7 @@ def _read_atoms(file: TextIO, name: str, surface: str, mobile: str, frozen: str,
         if line.rstrip().endswith("hi"):
             ends.append(float(line.split()[1]))
         if line.startswith("Atoms"):
-            rows = np.loadtxt(itertools.islice(file, 1, 1 + size), ndmin=2)
+            rows = np.loadtxt(file, skiprows=1, max_rows=size, ndmin=2)
             types, period, moving = rows[:, -4].astype(np.int64) - 1, (ends[0] / a0, ends[1] / a0), size - int(frozen)
             return AtomSlab(name, period, rows[:, -3:] / a0, types, int(surface), moving, float(lost))
     raise ValueError(f"{file.name} ends before its atoms")
@@ -149,7 +150,7 @@ def read_heights(path: Path) -> Real:
     beside = path.with_name(HEIGHTS)
     with (beside if beside.is_file() else path).open(encoding="utf-8") as file:
         rows = iter(file) if beside.is_file() else itertools.dropwhile(lambda line: line != "WallHeight\n", file)
-        heights = np.loadtxt(itertools.islice(rows, 2, 2 + shape[0] * shape[1]), usecols=1, ndmin=1)
+        heights = np.loadtxt(rows, skiprows=2, usecols=1, max_rows=prod(shape))
     return np.asarray(heights, dtype=np.float64).reshape(shape)
 
 

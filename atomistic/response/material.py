@@ -83,12 +83,12 @@ def measure_crystal(potential: Potential) -> Crystal:
     if potential.atom_style != "atomic":
         raise ValueError(f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}")
     require_style(potential)
-    volume = potential.guess or (0.5 * potential.cutoff) ** 3
+    guess = potential.guess or (0.5 * potential.cutoff) ** 3
     with _Strained(potential, _SQUARE, _FCC) as fcc:
         try:
-            a0 = fcc.equilibrium(volume)
+            a0 = fcc.equilibrium(guess)
         except PotentialError as error:
-            raise PotentialError(f"{error}{_preferred(potential, volume)}") from None
+            raise PotentialError(f"{error}{_preferred(potential, guess)}") from None
         energy = fcc.energy(a0 * _SQUARE)
         along, across = (fcc.stiffness(a0 * _SQUARE, axis) for axis in (0, 2))
     # Along <110>: (C11 + C12)/2 + C44 and (C11 + C12)/2 - C44.

@@ -108,7 +108,7 @@ def _tensile_work(distance: Real, load: Real) -> float:
     pushing = np.flatnonzero(load[:largest] >= 0)
     first = int(pushing[-1]) if pushing.size else 0
     distance, load = distance[first:], load[first:]
-    if pushing.size and load.size > 1:  # from where the load crosses zero
+    if pushing.size:  # from where the load crosses zero
         share = load[0] / (load[0] - load[1])
         distance = np.concatenate([[distance[0] + share * (distance[1] - distance[0])], distance[1:]])
         load = np.concatenate([[0.0], load[1:]])

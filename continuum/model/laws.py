@@ -88,8 +88,7 @@ def spline(z: float, p: Real) -> tuple[float, float, float]:
     u = 1.0 - t
     pull_energy = k * r * r * t * t * (0.5 + t * (t / 4 - 2 / 3)) - work
     pull_energy = pull_energy if t < 1.0 else 0.0
-    y = z if z < 1.0 else 1.0
-    y = y if y > core else core
+    y = z if z > core else core
     below = z - y  # used where z < core: there the law continues with constant stiffness
     i = 1.0 / y
     i3 = i * i * i
@@ -186,8 +185,7 @@ def _spline_on_arrays(xp: Any, z: Array, p: Array) -> Response:
         -k * x * u * u,
         k * u * (1 - 3 * t),
     )
-    y = xp.where(z < 1.0, z, 1.0)
-    i = 1.0 / xp.where(y > core, y, core)
+    i = 1.0 / xp.where(z > core, z, core)
     i3 = i * i * i
     push = (
         k / 54 * (i3 - 1) * (i3 - 1) * (i3 + 2) - work,

@@ -17,10 +17,10 @@ COARSE_ITERATIONS, COARSE_REDUCTION = 4, 0.3
 class Line(NamedTuple):
     """The energy of the substrate along a direction d, which keeps a part β of the one before."""
 
-    beta: float
-    slope: float
+    beta: float = 0.0
+    slope: float = 0.0
     """E' where the step begins, of the wall as well."""
-    curvature: float
+    curvature: float = 0.0
     """<d K d>."""
 
 

@@ -104,10 +104,10 @@ def constrain(
 class _Outcome(NamedTuple):
     """What the state found misses, from fresh transforms."""
 
-    residual: float = np.inf
-    gap_error: float = np.inf
-    duality_gap: float = np.inf
-    scale: float = 0.0
+    residual: float
+    gap_error: float
+    duality_gap: float
+    scale: float
     """Largest duality gap that a residual of one leaves."""
 
     def excess(self, tolerance: float, gap: float) -> float:
@@ -127,7 +127,7 @@ class _Dual:
         self.grid, self.pressure, self.mean_stiffness = grid, pressure, mean_stiffness
         self.bordered = bool(np.isfinite(mean_stiffness))
         self.loaded = mean_stiffness == 0
-        self.level = self.energy = self.in_m = self.gap_error = 0.0
+        self.level = self.energy = self.in_m = self.gap_error = np.nan
         self.changed = np.inf
         self.fresh = False
         """Whether z is that of p by the whole grid's own transforms."""
@@ -170,7 +170,6 @@ class _Dual:
 
     def solve(self, settings: Settings) -> tuple[Status, _Outcome]:
         """Iterate until what is computed afresh is small: error of the gap, residual, bound on that of the energy."""
-        outcome = _Outcome()
         gap = allowed = self._allowed(settings.tolerance)
         for _ in range(VERIFICATIONS):
             status = self.descend(gap, settings.max_iterations)
@@ -223,7 +222,7 @@ class _Dual:
         """Conjugate gradients on the contact, which is found anew in each iteration."""
         grid = self.grid
         grid.clear()
-        beta = zs_before = step = 0.0
+        zs_before = step = 0.0
         while True:
             mz = self._find_contact()
             if self.gap_error <= gap:

@@ -181,15 +181,15 @@ def _unstick(grid: SmoothGrid, levels: int, shift: float, goal: Goal, *, snaps: 
 class _Step(NamedTuple):
     """A step along the direction."""
 
-    length: float
+    length: float = 0.0
     """α; NaN if none was found."""
-    slope: float
+    slope: float = 0.0
     """Slope after it."""
-    rise: float
+    rise: float = 0.0
     """Change of the energy per point."""
-    size_of_energy: float
+    size_of_energy: float = 0.0
     """Mean of |φ|."""
-    newton: bool
+    newton: bool = True
     """Whether Newton's first step was good enough."""
 
 
@@ -209,7 +209,7 @@ def _descend(
     Without ``boxes`` it is only a start that is looked for, and may stall.
     """
     coarse = grid.linear is not None and levels > 1
-    line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
+    line, step = Line(), _Step()
     energy, moved, since, carried = 0.0, len(history), len(history), 0
     for iteration in range(iterations + 1):
         known = complete and iteration == 0
@@ -232,7 +232,7 @@ def _descend(
             if not np.isfinite(change):
                 since, carried = len(history), carried + 1
             energy += change
-            line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
+            line, step = Line(), _Step()
             continue
         conjugate = True
         if coarse:
@@ -276,7 +276,7 @@ def _step(grid: SmoothGrid, line: Line, stiffness: float, *, newton: bool) -> _S
             secant = alpha * min(slope / (slope - after), 4.0) if after > slope else 4 * alpha
             target = _line_search(grid, line, secant, alpha, after)
         step, alpha = target - alpha, target
-    return _Step(np.nan, 0.0, 0.0, 0.0, newton=False)
+    return _Step(np.nan)
 
 
 def _line_search(grid: SmoothGrid, line: Line, alpha: float, here: float, after: float) -> float:

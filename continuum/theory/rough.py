@@ -68,7 +68,7 @@ def fuller_tabor(ratio: float) -> float:
         return float(scipy.integrate.simpson(weighed, dx=(a[-1] - a[0]) / parts)) / (unit * math.sqrt(2 * math.pi))
 
     # Where it is about, 200 parts tell as well.
-    return _largest_tension(load, lambda t: load(t, 200), -3.0, 6.0 + 1 / ratio) / 1.5
+    return _largest_tension(load, lambda t: load(t, parts=200), -3.0, 6.0 + 1 / ratio) / 1.5
 
 
 def dmt_asperities(ratio: float) -> float:
@@ -135,16 +135,12 @@ def bearing_area_limit(ratio: float) -> float:
     the tension is constant, w over the tension.
     """
 
-    def gain(x: Real | float) -> Real:
-        between = scipy.special.erfc((x - 1 / ratio) / np.sqrt(2)) - scipy.special.erfc(x / np.sqrt(2))
-        return np.asarray(np.exp(2 * x) * between / 2 * ratio)
+    def loss(x: float) -> float:
+        between = math.erfc((x - 1 / ratio) / math.sqrt(2)) - math.erfc(x / math.sqrt(2))
+        return -math.exp(2 * x) * between / 2 * ratio
 
     # The maximum lies at x = 2 for a short range, and moves out with it; beyond 300 all contacts are sticky.
-    steps = np.linspace(0.0, min(6.0 + 4 / ratio, 300.0), 400)
-    best = int(np.argmax(gain(steps)))
-    bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
-    found = scipy.optimize.minimize_scalar(lambda x: -float(gain(x)), bounds=bounds, method="bounded")
-    return float(-found.fun / (0.75 * 2 * np.pi))
+    return _largest_tension(loss, loss, 0.0, min(6.0 + 4 / ratio, 300.0)) / (0.75 * 2 * np.pi)
 
 
 def generalised_tabor(rms_curvature: float, adhesion_length: float, range: float) -> float:

@@ -32,7 +32,7 @@ class ArrayBoundGrid(Modes):
     m: Array
     change: Array
     mask: Array
-    mean_stiffness, most = 0.0, np.inf
+    mean_stiffness = most = np.nan
 
     def __init__(self, library: Library, grid: Grid, stiffness_q: Real, smallest: int) -> None:
         self._stiffness_q = np.where(np.isfinite(stiffness_q), stiffness_q, 0.0)

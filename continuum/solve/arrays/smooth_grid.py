@@ -155,7 +155,7 @@ class ArraySmoothGrid(_Descending):
     boxes, corrected = None, False
     law: Law
     wall: passes.DeviceLaw
-    pressure = 0.0
+    pressure = np.nan
     offset: Array = None
     start: Array = None
     z: Array = None

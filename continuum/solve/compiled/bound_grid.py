@@ -32,8 +32,8 @@ class CompiledBoundGrid(ContactPasses):
     smallest : grids of no more points along a side have no coarser one.
     """
 
-    mean_stiffness, most = 0.0, np.inf
-    _wide = _least = 0.0
+    mean_stiffness = most = np.nan
+    _wide = _least = np.nan
     """Mean of the start, and its smallest gap, at least zero."""
     p: Real
     z: Real
@@ -165,8 +165,8 @@ class CompiledBoundGrid(ContactPasses):
         return count, changed, mz, m, eighth**0.125
 
     def renew(self) -> None:
-        if not self._stiffen(self.m) > 0:
-            self.sweep(pressing.ones, self.contact)
+        if not self._stiffen(self.m, None, 1.0) > 0:
+            self.m[:, : self.n] = self.mask
 
     def precondition(self, level: float) -> float:
         return self._stiffen(self.s, self.z, level)
@@ -286,7 +286,7 @@ class TileGrid(CompiledBoundGrid):
         self.row_edges, self.softest = model.row_edges, whole.softest
         self.mean_stiffness, self.most, self.trials = whole.mean_stiffness, whole.most, 0
         self._energy, self._terms = energy, size
-        self._step = self._curvature = self._found = 0.0
+        self._step = self._curvature = self._found = np.nan
         self.p, self.z, self.offset, self.m = (model.gather(each) for each in (whole.p, whole.z, whole.offset, whole.m))
         self.t, self.s, self.change = (model.field() for _ in range(3))
         self.mask = self.p > 0
@@ -296,7 +296,7 @@ class TileGrid(CompiledBoundGrid):
     def sweep(self, sweep: Task[Given], *given: Given.args, **named: Given.kwargs) -> Real:
         return self.model.sweep(sweep, *given, **named)
 
-    def _stiffen(self, out: Real, z: Real | None = None, shift: float = 0.0) -> float:
+    def _stiffen(self, out: Real, z: Real | None, shift: float) -> float:
         return self.model.stiffen(self.mask, out, self.softest, z, shift)
 
     def new_direction(self, beta: float, weight: float) -> None:

@@ -68,14 +68,15 @@ def collect_contact(
     start: int,
     stop: int,
     sums: Real,
-    z: Real,
+    z: Real | None,
     shift: float,
-    ones: bool,
     out: Real,
     contact: ContactPoints,
     nodes: Nodes,
 ) -> None:
-    """Set out <- z + shift, or 1, on the contact, 0 off it; lines and counts <- this, and 1, summed along the row."""
+    """Set out <- z + shift, or shift without z, on the contact, 0 off it; lines <- this, summed along the row, and
+    counts <- 1.
+    """
     mask, _, n, touched = contact
     node, part, lines, counts = nodes.node, nodes.part, nodes.lines, nodes.counts
     for i in range(start, stop):
@@ -91,7 +92,7 @@ def collect_contact(
                 if not mask[i, j]:
                     out[i, j] = 0.0
                     continue
-                here = 1.0 if ones else z[i, j] + shift
+                here = shift if z is None else z[i, j] + shift
                 out[i, j] = here
                 b, w = node[j], part[j]
                 line[b] += (1.0 - w) * here

@@ -98,7 +98,7 @@ class CompiledLinearGrid(SteppedPasses):
 
     def relax(self, levels: int, shift: float, iterations: int, reduction: float) -> bool:
         coarse = self.linear is not None and levels > 1
-        line, alpha, bound = Line(0.0, 0.0, 0.0), 0.0, 0.0
+        line, alpha = Line(), 0.0
         for values in (self.x, self.d, self.direction, self.w):
             values[...] = 0.0
         for iteration in range(iterations):

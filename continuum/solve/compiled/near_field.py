@@ -31,8 +31,8 @@ def weights() -> Single:
 
 
 def width(reach: int) -> int:
-    """Columns that four neighbouring points reach: a multiple of eight numbers, which are added at once."""
-    return -(-(2 * reach + 2) // 8) * 8
+    """Columns that four neighbouring points reach: of both near fields eight numbers each, which are added at once."""
+    return 2 * reach + 2
 
 
 @compiled
@@ -196,12 +196,12 @@ def from_coarse(
 
 
 @compiled
-def on_contact(start: int, stop: int, sums: Real, mask: Mask, z: Field, shift: float, ones: bool, out: Real) -> None:
-    """Set out <- z + shift, or 1, on the contact, 0 off it; ``start:stop`` are rows here and below."""
+def on_contact(start: int, stop: int, sums: Real, mask: Mask, z: Field | None, shift: float, out: Real) -> None:
+    """Set out <- z + shift, or shift without z, on the contact, 0 off it; ``start:stop`` are rows here and below."""
     side = out.shape[1]
     for i in range(start, stop):
         for j in range(side):
-            out[i, j] = (1.0 if ones else z[i, j] + shift) if mask[i, j] else 0.0
+            out[i, j] = (shift if z is None else z[i, j] + shift) if mask[i, j] else 0.0
 
 
 @compiled

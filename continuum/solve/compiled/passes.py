@@ -73,7 +73,7 @@ class Passes:
         """Whether the mean is: then its mode vanishes after each forward transform in a sweep."""
         self._thread = threading.local()
         self._pool: tuple[int, ThreadPoolExecutor] | None = None
-        self.transforms, self.trials, self.fft_seconds = 0, 0, 0.0
+        self.forget_work()
 
     def forget_work(self) -> None:
         """Count the work from zero again."""

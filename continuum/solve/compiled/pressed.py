@@ -114,14 +114,14 @@ class ContactPasses(TilePasses):
         )
         return float(sums[0])
 
-    def _stiffen(self, out: Real, z: Real | None = None, shift: float = 0.0) -> float:
-        """Set out <- M f on the contact, 0 off it, of f = z + shift, or 1 without z; returns its sum.
+    def _stiffen(self, out: Real, z: Real | None, shift: float) -> float:
+        """Set out <- M f on the contact, 0 off it, of f = z + shift, or shift without z; returns its sum.
 
         For E see :mod:`continuum.solve.compiled.extending`.
         """
         self.transforms += 2
         n, mask, nodes, contact = self.n, self.mask, self.nodes, self.contact
-        self.sweep(extending.collect_contact, out if z is None else z, shift, z is None, out, contact, nodes)
+        self.sweep(extending.collect_contact, z, shift, out, contact, nodes)
         used: Mask = np.any(self.touched, axis=1)
         extending.sum_lines(used, nodes, nodes.lines, nodes.field)
         extending.sum_lines(used, nodes, nodes.counts, nodes.density)

@@ -78,20 +78,6 @@ def select(
 
 
 @compiled
-def ones(start: int, stop: int, sums: Real, contact: ContactPoints) -> None:
-    """Set m <- 1 on the contact, 0 off it."""
-    mask, m, n, touched = contact
-    for i in range(start, stop):
-        for tile in range(touched.shape[1]):
-            if touched[i, tile] == 0:
-                continue
-            a, b = tile * TILE, min(tile * TILE + TILE, n)
-            marks, mi = mask[i, a:b], m[i, a:b]
-            for j in range(mi.size):
-                mi[j] = 1.0 if marks[j] else 0.0
-
-
-@compiled
 def stiffness(first: int, last: int, sums: Real, work: Field, K: Field, least: float) -> None:
     """Spectrum work <- K work, but for the mean: ``least`` times it."""
     for i in range(K.shape[0]):

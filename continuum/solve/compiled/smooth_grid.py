@@ -40,8 +40,8 @@ class CompiledSmoothGrid(SteppedPasses):
     sampled : whether coarser grids take every second point of the offset, which may jump, instead of its waves.
     """
 
-    lift = pressure = 0.0
-    _energy = _energy_before = 0.0
+    lift = pressure = np.nan
+    _energy = _energy_before = np.nan
     """Mean of φ at z, and where the steps along d began."""
     law: Law
     offset = z = direction = NONE

@@ -52,7 +52,6 @@ class Split:
         self.wall = wall
         self.far = Passes(coarse, np.zeros(coarse.shape_q, np.float32), whole.threads)
         K = cut(whole.K, coarse.shape_q)
-        K[0, 0] = 0.0
         self.G_far = _far(_inverse(K), coarse.shape, SMOOTH)
         self.K_far = _far(K / (1 + K / wall), coarse.shape, STIFF_SMOOTH)
         rows, columns = (n // BOX for n in whole.grid.shape)
@@ -292,8 +291,8 @@ class Tiles:
         self._up(self._respond(near.field, near.G_far), out)
         return out
 
-    def stiffen(self, mask: Mask, out: Real, least: float, z: Real | None = None, shift: float = 0.0) -> float:
-        """Set out <- M f on the contact, 0 off it, of f = z + shift, or 1 without z; returns its sum.
+    def stiffen(self, mask: Mask, out: Real, least: float, z: Real | None, shift: float) -> float:
+        """Set out <- M f on the contact, 0 off it, of f = z + shift, or shift without z; returns its sum.
 
         M = Eᵀ K E, with ``least`` for K at q = 0.
         """
@@ -301,18 +300,18 @@ class Tiles:
         near = self.split
         field, share, smooth = near.field, near.share, near.smooth
         near.K_far[0, 0] = least
-        c, beside, f = self.spare, self.beside, self.spare if z is None else z
+        c, beside = self.spare, self.beside
 
-        def on_contact(values: Field, by: float, ones: bool) -> None:
-            self.sweep(near_field.on_contact, mask, values, by, ones, c)
+        def on_contact(values: Field | None, by: float) -> None:
+            self.sweep(near_field.on_contact, mask, values, by, c)
 
         if not np.array_equal(mask, self.shared):
             self.shared[...] = mask
-            on_contact(c, 0.0, True)
+            on_contact(None, 1.0)
             self._down(c, share)
             share += np.float32(SPREAD)
             np.divide(np.float32(1), share, out=share)
-        on_contact(f, shift, z is None)
+        on_contact(z, shift)
         self._down(c, field)
         np.multiply(field, share, out=smooth)
         beside[...] = 0.0
@@ -323,7 +322,7 @@ class Tiles:
         back = self._respond(field, near.K_far)
         self._sum_near(c, near.K_near, STIFF_REACH, self.stiff, beside)
         self._up(back, beside)
-        on_contact(beside, 0.0, False)
+        on_contact(beside, 0.0)
         self._down(c, field)
         np.subtract(back, field, out=smooth)
         smooth *= share
@@ -336,6 +335,6 @@ class Tiles:
         """Set out to about (1 + φ'' G)^-1 missing, φ'' being the stiffness."""
         wall, least = self.split.wall, self.split.softest
         stiff = stiffness > 0.5 * wall
-        self.stiffen(stiff, out, least / (1 + least / wall), missing)
+        self.stiffen(stiff, out, least / (1 + least / wall), missing, 0.0)
         np.divide(out, wall, out=out)
         np.copyto(out, missing, where=~stiff)

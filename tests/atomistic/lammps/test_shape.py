@@ -116,6 +116,12 @@ def test_the_wall_in_lammps_is_its_formula_and_its_force_the_gradient_of_its_ene
     assert slope == pytest.approx(-np.vdot(result.forces, along), rel=1e-7, abs=1e-9)
 
 
+def test_a_spline_errs_as_much_across_as_along():
+    """Also of an even number of points, whose shortest wave is not one of a known phase."""
+    heights = np.random.default_rng(7).standard_normal((6, 4))
+    assert HeightSpline(heights).error == pytest.approx(HeightSpline(heights.T).error, rel=1e-9)
+
+
 def relaxed(tmp_path: Path, shape: Shape | None, heights, separation: float = 0.97, **changes) -> DeckResult:
     deck = Deck(Slab((8, 7), mobile=4), Springs(), WALL, heights, separation, tolerance=1e-11, shape=shape)
     return run_in_process(write_deck(tmp_path / "deck", replace(deck, **changes), force=True)).require()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from continuum.measure.contact import REPULSIVE, contact_map, totals_of
 from continuum.measure.outline import EDGE_SHARE, areas, outline
-from continuum.measure.profile import EDGE_DEPTH, gap_distribution, gap_profile, pressure_distribution
+from continuum.measure.profile import EDGE_DEPTH, GapProfile, gap_distribution, gap_profile, pressure_distribution
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
@@ -86,6 +86,7 @@ def test_areas_do_not_depend_on_the_origin_or_the_axes(seed: int, i: int, j: int
             list(vars(areas(there, WALL, other)).values()), list(vars(found).values()), rtol=1e-12
         )
     assert found.interior <= found.contour <= found.dilated
+    assert found.uncertainty == pytest.approx(np.sqrt((found.repulsive - found.interior) / 12 / grid.size))
     assert found.repulsive == totals_of(grid, WALL, gap).area_rep
     assert found.attracted == pytest.approx(totals_of(grid, WALL, gap).area_att)
 
@@ -232,6 +233,23 @@ def test_a_flat_surface_has_one_gap_in_the_middle_of_its_bins() -> None:
     np.testing.assert_allclose(found.edges, [1.5, 1.7, 1.9, 2.1, 2.3, 2.5])
     np.testing.assert_allclose(found.density, [0, 0, 5, 0, 0], atol=1e-12)
     assert gap_distribution(Grid.square(8), np.full((8, 8), 2.0)).density.size == 80
+
+
+@pytest.mark.parametrize("pressure", [0.2, -0.2])
+def test_a_uniform_pressure_lies_in_the_middle_of_its_bins(pressure: float) -> None:
+    traction = np.where(np.arange(64) < 16, pressure, 0.0).reshape(8, 8)
+    found = pressure_distribution(Grid.square(8), HardWall(), np.zeros((8, 8)), traction, bins=5)
+    np.testing.assert_allclose(found.edges, pressure + np.linspace(-0.1, 0.1, 6), atol=1e-15)
+    np.testing.assert_allclose(found.density, [0, 0, 0.25 / 0.04, 0, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize("range_", [0.3, 1.0, 5.0])
+def test_between_two_distances_the_width_is_that_of_an_edge(range_: float) -> None:
+    """Of a gap that rises as x^(3/2); NaN where it does not rise so far."""
+    x = np.array([0.2, 0.9, 1.5, 2.2])
+    profile = GapProfile(x, 0.5 * x**1.5, 0 * x, np.ones(4, dtype=int), 0.375)
+    width = (range_ / 0.5) ** (2 / 3)
+    assert profile.width(range_) == pytest.approx(width if width < 2.2 else np.nan, rel=1e-12, nan_ok=True)
 
 
 # --- rough contacts ----------------------------------------------------------------------------------------

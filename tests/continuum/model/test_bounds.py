@@ -158,7 +158,9 @@ def test_waves_fit_a_grid_and_its_period_on_both_sides_of_their_bounds() -> None
     rough = SelfAffineSurface(**SELF_AFFINE)
     # Two spacings of the wider step are 4 a0; the period that is shorter holds 8 a0.
     assert not [*rough.too_short((8, 4), (8.0, 8.0)), *rough.too_short((1, 4), (0.5, 8.0))]
-    assert [fault.key for fault in rough.too_short((8, 4), (8.0, 8.1))] == [("surface", "lambda_s")]
+    for n, lengths in (((8, 4), (8.0, 8.1)), ((2, 2), (8.0, 8.0))):
+        assert [fault.key for fault in rough.too_short(n, lengths)] == [("surface", "lambda_s")]
+    assert not [*rough.too_short((8, 1), (8.0, 8.0))]  # no grid at all
     assert not [*rough.too_long((8, 8), (8.0, 9.0)), *rough.too_long((8, 8), (9.0, 8.0))]
     for n, lengths in (((8, 8), (7.9, 9.0)), ((8, 8), (9.0, 7.9)), ((1, 8), (9.0, 7.9))):
         assert [fault.key for fault in rough.too_long(n, lengths)] == [("surface", "lambda_L")]

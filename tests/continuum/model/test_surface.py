@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.integrate import quad
 
 from continuum.arguments import ArgumentError
 from continuum.model.grid import Grid
-from continuum.model.surface import SelfAffine, moments, power_spectrum
+from continuum.model.surface import LARGEST_SLOPE, SMALLEST_SLOPE, SelfAffine, moments, power_spectrum
 from continuum.model.surfaces import CylinderSurface, PunchSurface, SelfAffineSurface, sine, sphere
 from tests.wrong import ANYTHING, refused_by_name
 
@@ -238,3 +239,23 @@ def test_the_slope_that_belongs_to_a_height_is_that_of_all_waves_between_the_two
     # C ~ q^(-2-2H): mean squares of heights and slopes are integrals of q C and q³ C.
     heights, slopes = (quad(lambda q, p=p: q ** (p - 2 - 2 * hurst), low, high)[0] for p in (1, 3))
     assert surface.expected_slope == pytest.approx(0.5 * np.sqrt(slopes / heights), rel=1e-9)
+
+
+def test_a_surface_of_a_given_height_has_it_on_average_over_its_ensemble() -> None:
+    grid = Grid((48, 32), (96.0, 64.0))
+    surface = SelfAffineSurface(kind="self-affine", hurst=0.8, rms_height=0.5, lambda_s=8.0, lambda_L=64.0, seed=1)
+    assert surface.expected(grid).rms_height == pytest.approx(0.5, rel=1e-12)
+    assert surface.build(grid).std() == pytest.approx(0.5, rel=1e-12)
+    loose = surface.model_copy(update={"rescale": False}).build(grid)
+    assert loose.std() != pytest.approx(0.5, rel=1e-3)
+    np.testing.assert_allclose(loose / loose.std(), surface.build(grid) / 0.5, atol=1e-12)
+
+
+def test_the_heights_that_are_allowed_are_those_of_the_slopes_that_are() -> None:
+    grid, keys = Grid((48, 32), (96.0, 64.0)), {"kind": "self-affine", "hurst": 0.8, "lambda_s": 8.0, "lambda_L": 64.0}
+    with pytest.raises(ArgumentError, match=r"^rms_height = ") as error:
+        SelfAffineSurface(**keys, rms_height=1e5, seed=1).build(grid)
+    least, most = map(float, re.findall(r"from (\S+) to (\S+) a0", str(error.value))[0])
+    for height, slope in ((least, SMALLEST_SLOPE), (most, LARGEST_SLOPE)):
+        surface = SelfAffineSurface(**keys, rms_height=height * (1.01 if height == least else 0.99), seed=1)
+        assert surface.expected(grid).rms_slope == pytest.approx(slope, rel=0.02)

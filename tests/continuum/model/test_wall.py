@@ -12,6 +12,7 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, simpson
+from scipy.interpolate import CubicSpline
 from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
@@ -109,6 +110,13 @@ def test_a_table_converges_to_the_law_it_samples() -> None:
     table = table_of(wall, 401)
     assert table.work_of_adhesion == pytest.approx(wall.work_of_adhesion, rel=1e-5)
     assert table.zero_gap == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_table_that_ends_steeply_softens_most_just_before_its_end() -> None:
+    gap, traction = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([1.0, -0.1, -0.2, -0.4, 0.0])
+    slope = CubicSpline(gap, traction)(gap, 1)
+    assert slope.argmax() == 4
+    assert TabulatedWall(gap, traction).largest_softening == pytest.approx(slope[-1], rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -275,7 +275,7 @@ def test_the_derivative_by_the_mean_gap_is_the_normal_stiffness_and_a_shift_of_a
 
 
 @pytest.mark.parametrize("periodic", [True, False])
-@pytest.mark.parametrize("shape", [(1, 9), (6, 7)])
+@pytest.mark.parametrize("shape", [(1, 9), (6, 7), (9, 2)])
 def test_the_area_by_lines_has_its_slope(shape: tuple[int, int], periodic: bool) -> None:
     distance, along = np.random.default_rng(1).standard_normal((2, *shape))
     slope = (area_by_lines(distance, periodic=periodic)[1] * along).sum()

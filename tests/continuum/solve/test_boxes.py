@@ -19,7 +19,7 @@ from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import PathState
 from continuum.solve.boxes import LEAST, Boxes
 from continuum.solve.compiled.corrections import TiledSmoothGrid as SmoothGrid
-from continuum.solve.solution import Closer, Settings, Status
+from continuum.solve.solution import Closer, Settings, Solution, Status, Work
 from tests.problems import Rough
 
 RANGE, WORK = 0.08, 0.2 * 0.08**2
@@ -230,3 +230,29 @@ def test_a_wall_that_pulls_too_weakly_is_left_to_the_surface() -> None:
     )
     assert rise == 0.0
     np.testing.assert_array_equal(z, before)
+
+
+def test_what_boxes_gain_is_that_of_the_surface_and_what_they_cost_is_counted() -> None:
+    """Two boxes, of which the second would rise and is left as it is; where it falls the gap follows, in the window."""
+    problem, rng = pinned(1), np.random.default_rng(2)
+    boxes, g, offsets = made(problem.grid), np.zeros(problem.grid.shape), list[Real]()
+    z, traction = RANGE * rng.random(g.shape), 0.1 * rng.standard_normal(g.shape)
+    g[40, 40], g[200, 200] = 2.0, 1.0
+    before, moved, places = z.copy(), 1e-3 * bump(boxes), [np.ix_(*place) for place in boxes.places(g)]
+    gains = [boxes.rise(law(problem), z[at], (g - traction)[at], boxes.window * moved) for at in places]
+    signs = -np.sign(gains) * [1, -1]
+
+    def descend(offset: Real, start: Real) -> Solution:
+        gap, work = start - signs[len(offsets)] * moved, (Work(boxes.grid.shape, 5.0, 0, 0.0),)
+        offsets.append(offset)
+        return Solution(gap, Status.CONVERGED, 0.0, 1, work)
+
+    rise, pairs = boxes.relax(law(problem), z, traction, g, descend)
+    (first, second), shift = places, signs[0] * boxes.window * moved
+    assert pairs == 2 * (5.0 + 2)
+    np.testing.assert_array_equal(offsets[1], boxes.offset(before[second], (g - traction)[second]))
+    np.testing.assert_allclose(z[first], before[first] - shift, atol=1e-15)
+    np.testing.assert_array_equal(z[second], before[second])
+    gain = boxes.rise(law(problem), before[first], (g - traction)[first], shift)
+    assert rise == pytest.approx(gain * boxes.grid.size / problem.grid.size, rel=1e-12)
+    assert rise < 0

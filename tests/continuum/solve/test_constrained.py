@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -330,6 +332,11 @@ def test_the_energy_that_is_followed_is_that_of_the_state(mean: float, most: flo
     assert np.all(np.diff(followed) < 0)
     p, z, offset = (each[:, : grid.shape[1]] for each in (bound.p, bound.z, bound.offset))
     assert followed[-1] == pytest.approx(np.mean(p * (z + offset)) / 2, rel=1e-12)
+
+
+def test_along_a_direction_without_curvature_there_is_no_step() -> None:
+    grid = SimpleNamespace(curvature=lambda: 0.0, trial=lambda step: (0.0, step, step))
+    assert np.isnan(_Dual(grid, 0.05, 0.0)._step(1.0))
 
 
 def test_a_state_is_as_good_as_the_worst_of_what_it_misses() -> None:

@@ -145,6 +145,43 @@ def test_the_energy_falls_to_that_of_the_state(monkeypatch: pytest.MonkeyPatch) 
     assert found[-1] == pytest.approx(plain, rel=1e-9)
 
 
+def test_directions_solve_the_linear_problem_and_steps_go_to_the_minimum_along_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """(1 + φ'' G) t = p(z) - f to a part of it, w = G t, and along them the energy falls to where its slope is small."""
+    find, descend, advance = (getattr(corrections._Tiles, name) for name in ("_find_direction", "_descend", "_advance"))
+    left, slopes, trials = list[float](), list[float](), list[int]()
+
+    def finding(tiles: corrections._Tiles, part: float) -> None:
+        find(tiles, part)
+        assert not tiles.snapped
+        rest = tiles.missing + tiles.t + tiles.stiffness * tiles.w
+        left.append(float(np.linalg.norm(rest) / np.linalg.norm(tiles.missing)) / part)
+        answer = tiles.tiles.comply_with(tiles.t, np.empty(tiles.tiles.shape, np.float32))
+        np.testing.assert_allclose(tiles.w, answer, atol=1e-5 * np.abs(answer).max())
+
+    def descending(tiles: corrections._Tiles) -> bool:
+        first = np.sum(tiles.missing * tiles.w)
+        trials.append(0)
+        assert descend(tiles)
+        slopes.append(float(np.sum(tiles.missing * tiles.w) / first))
+        return True
+
+    def advancing(tiles: corrections._Tiles, step: float) -> tuple[float, float]:
+        if trials:
+            trials[-1] += 1
+        return advance(tiles, step)
+
+    for name, function in (("_find_direction", finding), ("_descend", descending), ("_advance", advancing)):
+        monkeypatch.setattr(corrections._Tiles, name, function)
+    problem = problem_of((256, 256))
+    assert solved(problem, mean_gap=3.0).status.ok
+    assert len(slopes) >= 4
+    assert max(left) < 1.01
+    assert np.abs(slopes).max() <= corrections.SLOPE_ACCEPTED
+    assert np.mean(trials) <= 2
+
+
 def test_threads_change_no_bit() -> None:
     problem = problem_of()
     one, two = (

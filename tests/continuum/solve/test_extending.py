@@ -28,7 +28,7 @@ def stiffened(
     bound.z[:, :n] = 1.0 if values is None else values
     bound.p[:, :n] = contact
     bound.select(0.0)
-    total = bound._stiffen(bound.s, None if values is None else bound.z, 0.25)
+    total = bound._stiffen(bound.s, *((None, 1.0) if values is None else (bound.z, 0.25)))
     return bound.s[:, :n].copy(), total
 
 

@@ -16,7 +16,8 @@ from continuum.solve.compiled import near_field
 from continuum.solve.compiled import tiles as tiles_of_cpu
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
 from continuum.solve.compiled.near_field import SIDE
-from continuum.solve.compiled.tiles import Tiles
+from continuum.solve.compiled.passes import Passes
+from continuum.solve.compiled.tiles import Split, Tiles
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
 from tests.kinds import covering
@@ -54,8 +55,12 @@ def pressed(grid: Grid, K: Real) -> BoundGrid:
 
 
 @pytest.fixture
-def spots(small: None) -> Spots:
-    """Round contacts on a grid of its own numbers of points along x and y, on five tiles that do not all touch."""
+def spots(small: None, monkeypatch: pytest.MonkeyPatch) -> Spots:
+    """Round contacts on a grid of its own numbers of points along x and y, on five tiles that do not all touch.
+
+    In two blocks, the first of which is not the whole of anything.
+    """
+    monkeypatch.setattr(tiles_of_cpu, "block_edges", lambda length, points: [0, length // 3, length])
     grid = Grid((256, 512), (256.0, 512.0))
     K = HalfSpace("free").stiffness(grid)
     x, y = grid.positions
@@ -140,6 +145,27 @@ def test_the_way_to_the_coarse_grid_and_back_is_by_cubic_splines(spots: Spots) -
     np.testing.assert_allclose(out, 1 + engine.gather(exact), atol=2e-6)
 
 
+def test_a_wall_lies_in_series_with_the_substrate(spots: Spots) -> None:
+    """The preconditioner of a wall of stiffness k is that of K/(1 + K/k), the response G that of K alone."""
+    grid, K, engine, contact = spots
+    k, coarse, softest = 0.7, grid.coarser.coarser, float(K.ravel()[1:].min())
+    K = np.where(np.isfinite(K), K, 0.0)
+    split, series = Split(engine.whole, coarse, k), Split(Passes(grid, K / (1 + K / k), 1), coarse)
+    for name, other in (("K_near", series), ("K_far", series), ("G_near", engine.split), ("G_far", engine.split)):
+        one, expected = getattr(split, name).copy(), getattr(other, name).copy()
+        if name.endswith("far"):
+            one[0, 0] = expected[0, 0] = 0.0
+        np.testing.assert_allclose(one, expected, atol=1e-6 * np.abs(expected).max(), err_msg=name)
+    assert split.softest == softest
+    # Where the wall is about as stiff it gives what is missing that preconditioner over k, elsewhere the same back.
+    tiles = Tiles(engine.whole, split, contact.reshape(8, SIDE, 16, SIDE).any(axis=(1, 3)))
+    missing, stiff = np.random.default_rng(5).normal(size=tiles.shape), tiles.gather(1.0 * contact) > 0
+    out, expected = tiles.field(), tiles.field()
+    tiles.relent(missing, np.where(stiff, np.float32(0.36), np.float32(0.34)), out)
+    tiles.stiffen(stiff, expected, softest / (1 + softest / k), missing, 0.0)
+    np.testing.assert_array_equal(out, np.where(stiff, expected / k, missing))
+
+
 def test_a_response_that_is_not_even_has_no_tiles(small: None) -> None:
     grid = Grid.square(256)
     m, n = grid.mode_numbers
@@ -159,7 +185,7 @@ def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: Spots) -> Non
         one = engine.field()
         one.flat[at] = 1.0
         out = engine.field()
-        engine.stiffen(on, out, softest, one)
+        engine.stiffen(on, out, softest, one, 0.0)
         M[k] = out[on]
         assert not out[~on].any()
         G[k] = engine.comply_with(one, np.empty(engine.shape, np.float32))[on]
@@ -232,6 +258,8 @@ def assert_same(tiled: Solution, whole: Solution) -> None:
     assert np.array_equal(tiled.traction > 0, whole.traction > 0)
     assert np.abs(tiled.gap - whole.gap).max() <= 2e-8
     assert tiled.gap_error < 1e-8
+    # Whole corrections, and what is computed afresh.
+    assert [line.step for line in tiled.history] == [1.0] * tiled.iterations + [0.0]
     assert tiled.iterations < 0.7 * whole.iterations
     assert tiled.fft_pairs < 0.7 * whole.fft_pairs
 

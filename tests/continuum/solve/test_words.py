@@ -19,14 +19,21 @@ from continuum.model.walls import LennardJonesSpline
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import NumPy
 from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
+from continuum.solve.compiled import passes
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid
 from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
 from continuum.solve.conjugate import COARSE_ITERATIONS, COARSE_REDUCTION, Line, conjugate_line
 from continuum.solve.smooth import SLOPE_ACCEPTED, SLOPE_REDUCTION, _step
 
-GRID = Grid((36, 70), (36.0, 105.0))
-"""Rows of more than one mark of contact; coarser grids of (18, 32) and (8, 16) points."""
+GRID = Grid((40, 70), (40.0, 105.0))
+"""Rows of more than one mark of contact; coarser grids of (20, 32) and (10, 16) points."""
 LAW = LennardJonesSpline(0.3).law
+
+
+@pytest.fixture(autouse=True)
+def blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows and columns in two blocks, the first of which is not the whole of anything."""
+    monkeypatch.setattr(passes, "block_edges", lambda length, points: [0, length // 3, length])
 
 
 class Both:
@@ -157,7 +164,7 @@ def test_words_of_a_smooth_energy(mean: float, levels: int) -> None:
         alpha, beta = 0.035, after
     assert both.compiled.trials == both.plain.trials == 8
     assert both.compiled.near[:, 0].all()
-    np.testing.assert_array_equal(both.compiled.near[:, 1], np.arange(36) < 25)
+    np.testing.assert_array_equal(both.compiled.near[:, 1], np.arange(40) < 25)
     assert both.say("residual") > 0
     both.say("elastic_energy", offset, start)
     # To the coarser grid with the state at hand, and back with its displacement.

@@ -6,6 +6,9 @@ paid for in iterations.
 
 from __future__ import annotations
 
+from itertools import count
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -15,7 +18,9 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import HardWall, LennardJonesSpline, Wall
 from continuum.path.loading import solve
-from continuum.solve.solution import Settings
+from continuum.solve.compiled import passes, pressed
+from continuum.solve.compiled.bound_grid import CompiledBoundGrid
+from continuum.solve.solution import Settings, Work
 
 GRID = Grid((256, 320), (256.0, 320.0))
 HEIGHTS = SelfAffine(0.8, 0.1, 8, 64).synthesise(GRID, np.random.default_rng(5))
@@ -41,3 +46,34 @@ def test_a_solve_takes_no_more_than_it_did(name: str) -> None:
     assert found.fft_pairs == pytest.approx(fine.fft_pairs + coarse.fft_pairs / 4)
     assert min(fine.sweeps, coarse.sweeps, fine.fft_seconds, coarse.fft_seconds) >= 0
     assert fine.sweeps + coarse.sweeps > 0
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_time_in_transforms_is_that_of_each_half_in_each_block_over_the_threads(
+    threads: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a clock that goes on by a second at each look, in two blocks."""
+    clock = count()
+    for module in (passes, pressed):
+        monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: float(next(clock))))
+    monkeypatch.setattr(passes, "block_edges", lambda length, points: [0, length // 3, length])
+    monkeypatch.setattr(passes.Passes, "_each", lambda grid, task, blocks: [task(b) for b in range(blocks)])
+    grid = Grid((24, 40), (24.0, 40.0))
+    bound = CompiledBoundGrid(grid, HalfSpace("free").stiffness(grid), threads, 16)
+    bound.threads = threads
+    bound.set_problem(np.zeros(grid.shape), None, lift=0.0, sink=0.0, mean_stiffness=0.0, most=np.inf)
+    bound.p[:, :40] = 1.0
+    bound.select(0.0)
+    # A pass over rows takes two looks in each block, one over columns four, also where it has one transform only.
+    for word, pairs, seconds in (
+        (bound.displace, 1.0, 8.0),
+        (lambda: bound.misses(0.0), 0.5, 6.0),
+        (lambda: bound.precondition(0.0), 1.0, 8.0),
+    ):
+        bound.forget_work()
+        word()
+        assert bound.work == Work(grid.shape, pairs, 0, seconds / min(threads, 2))
+    # Of tiles what their coarse grid takes is added, a transform of it by its size.
+    bound._split = SimpleNamespace(far=SimpleNamespace(transforms=6, size=grid.size / 16, fft_seconds=3.0))
+    assert bound.work == Work(grid.shape, 1 + 3 / 16, 0, 8 / min(threads, 2) + 3.0)
+    assert Work((2, 3), 0.5, 2, 1.5).plus(Work((2, 3), 0.25, 3, 1.0)) == Work((2, 3), 0.75, 5, 2.5)
