@@ -250,7 +250,6 @@ material = ["mica", "mica"]
 """
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_an_input_names_the_map_and_the_interface(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     np.save(tmp_path / "map.npy", ROUGH)
     (tmp_path / "contact.toml").write_text(INPUT)
@@ -286,7 +285,6 @@ def test_every_key_of_the_tables_is_an_argument_and_an_option() -> None:
     assert set(sticky_tables.OPTIONS) == arguments
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_map_that_comes_with_the_package_is_found_from_any_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -128,7 +128,6 @@ def test_a_folder_is_ranked_in_a_table_on_a_page_and_in_files(
     assert len(re.findall(r'src="data:image/png', page)) == 1
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_results_may_go_into_the_folder_or_beside_it_and_are_no_maps(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

