@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -49,17 +50,30 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def small_png() -> Iterator[None]:
-    """Figures are saved as PNG only, with a fourth of the pixels a side, in a tenth of the time.
+def blank_pictures() -> Iterator[Callable[..., bytes]]:
+    """Figures are made, and a blank picture is saved for each, as PNG only, in no time; yields what draws them.
 
-    `written_as(["png", "pdf"])` gives the formats, and `print_quality` the pixels that users get.  Of the session, so
-    that fixtures of modules save such figures, too.
+    `really_drawn` has them drawn, `written_as(["png", "pdf"])` gives the formats, and `print_quality` the pixels that
+    users get.  Of the session, so that fixtures of modules save such figures, too.
     """
-    from continuum.show.plot import STYLE, written_as
+    from continuum.show import plot
 
-    with written_as(["png"]), pytest.MonkeyPatch.context() as patch:
-        patch.setitem(STYLE, "savefig.dpi", STYLE["savefig.dpi"] / 4)
-        yield
+    draw = plot.image_bytes
+
+    @cache
+    def blank(form: str) -> bytes:
+        return draw(plot.new_figure(1.0, 1.0), form)
+
+    with plot.written_as(["png"]), pytest.MonkeyPatch.context() as patch:
+        patch.setitem(plot.STYLE, "savefig.dpi", plot.STYLE["savefig.dpi"] / 4)
+        patch.setattr(plot, "image_bytes", lambda figure, form="png": blank(form))
+        yield draw
+
+
+@pytest.fixture
+def really_drawn(blank_pictures: Callable[..., bytes], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are drawn as they are saved: for tests of the files of figures, and one of each kind of figure."""
+    monkeypatch.setattr("continuum.show.plot.image_bytes", blank_pictures)
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -81,8 +95,8 @@ def narrow_tables() -> Iterator[None]:
 
 
 @pytest.fixture
-def print_quality(monkeypatch: pytest.MonkeyPatch) -> float:
-    """Figures have the pixels per inch of print: for tests of pixels."""
+def print_quality(really_drawn: None, monkeypatch: pytest.MonkeyPatch) -> float:
+    """Figures are drawn and have the pixels per inch of print: for tests of pixels."""
     from continuum.show.plot import STYLE
 
     monkeypatch.setitem(STYLE, "savefig.dpi", 300.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ __all__ = ["FAULTS", "PIXEL", "clean", "cut_out", "faulty"]
 N, PIXEL = 256, 4e-9
 
 
+@cache
 def cut_out(
     hurst: float = 0.8, lambda_s: float = 6.0, lambda_L: float = 64.0, seed: int = 1, n: int = N, slope: float = 0.1
 ) -> Real:

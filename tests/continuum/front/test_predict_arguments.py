@@ -24,6 +24,8 @@ from tests.wrong import ANYTHING, refused_by_name
 
 KNOWN: dict[str, Any] = {"size": "10nm", "unit": "A", "material": "mica", "solve": False}
 ROUGH = Rough(32).heights()
+FEW = ROUGH[:16, :20]
+"""As little as is a map: a non-square part of it."""
 
 
 def margins(found: c.Prediction) -> list[float | None]:
@@ -33,15 +35,15 @@ def margins(found: c.Prediction) -> list[float | None]:
 @pytest.mark.parametrize("kind", ["map", "masked", "profile", "two", "integers", "list"])
 def test_an_array_says_what_its_file_says(kind: str, tmp_path: Path) -> None:
     """Bit for bit: a map in memory is the same map."""
-    holes = np.zeros(ROUGH.shape, dtype=bool)
+    holes = np.zeros(FEW.shape, dtype=bool)
     holes[10, 4:7] = True
     arrays: list[Any] = {
-        "map": [ROUGH],
-        "masked": [np.ma.masked_array(ROUGH, holes)],
+        "map": [FEW],
+        "masked": [np.ma.masked_array(FEW, holes)],
         "profile": [np.random.default_rng(1).normal(size=128).cumsum()],
-        "two": [ROUGH, ROUGH[::-1]],
-        "integers": [np.rint(100 * ROUGH).astype(np.int16)],
-        "list": [ROUGH.tolist()],
+        "two": [FEW, FEW[::-1]],
+        "integers": [np.rint(100 * FEW).astype(np.int16)],
+        "list": [FEW.tolist()],
     }[kind]
     options = KNOWN | ({"fill": "5%"} if kind == "masked" else {})
     files = [tmp_path / f"{i}.npy" for i in range(len(arrays))]
@@ -55,19 +57,18 @@ def test_an_array_says_what_its_file_says(kind: str, tmp_path: Path) -> None:
 
 
 def test_an_array_is_left_as_it_was_and_may_face_a_file(tmp_path: Path) -> None:
-    heights = ROUGH.copy()
+    heights = FEW.copy()
     np.save(tmp_path / "map.npy", heights)
     found = c.predict(heights, tmp_path / "map.npy", **KNOWN | {"size": ["10nm", "10nm,10nm"]})
-    np.testing.assert_array_equal(heights, ROUGH)
+    np.testing.assert_array_equal(heights, FEW)
     assert [t.source for t in found.topographies] == ["array 1", "map.npy"]
-    assert found.write(tmp_path / "page", "map")[0].stat().st_size > 10000
 
 
 def test_numbers_without_a_unit_are_taken_as_numbers() -> None:
-    by_text = c.predict(ROUGH, **KNOWN | {"material": ()}, modulus="2MPa", poisson="0.5", work="50mJ/m2", range="1nm")
-    by_number = c.predict(ROUGH, **KNOWN | {"material": ()}, modulus="2MPa", poisson=0.5, work="50mJ/m2", range="1nm")
+    given: dict[str, Any] = {"modulus": "2MPa", "work": "50mJ/m2", "range": "1nm"}
+    by_text = c.predict(FEW, **KNOWN | {"material": ()}, **given, poisson="0.5", fill="5%")
+    by_number = c.predict(FEW, **KNOWN | {"material": ()}, **given, poisson=0.5, fill=0.05)
     assert margins(by_text) == margins(by_number)
-    assert margins(c.predict(ROUGH, **KNOWN, fill=0.05)) == margins(c.predict(ROUGH, **KNOWN, fill="5%"))
 
 
 BAD_FILES: dict[str, tuple[str, bytes | np.ndarray[Any, Any], str]] = {
@@ -181,7 +182,7 @@ def test_the_argument_that_is_wrong_is_named(maps: Any, options: dict[str, Any],
 
 @pytest.mark.parametrize("name", [name for name in inspect.signature(c.predict).parameters if name != "maps"])
 @given(value=ANYTHING)
-@settings(max_examples=5)  # of each of 25 options
+@settings(max_examples=3)  # of each of 25 options
 def test_no_argument_of_predict_ends_in_an_error_from_the_depths(name: str, value: object) -> None:
     if name == "solve" and isinstance(value, bool | np.bool_) and value:
         return  # that would be a long test of the solver
@@ -250,9 +251,8 @@ material = ["mica", "mica"]
 """
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_an_input_names_the_map_and_the_interface(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    np.save(tmp_path / "map.npy", ROUGH)
+    np.save(tmp_path / "map.npy", FEW)
     (tmp_path / "contact.toml").write_text(INPUT)
     keys: dict[str, Any] = {
         "size": "10nm",
@@ -286,7 +286,6 @@ def test_every_key_of_the_tables_is_an_argument_and_an_option() -> None:
     assert set(sticky_tables.OPTIONS) == arguments
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_map_that_comes_with_the_package_is_found_from_any_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

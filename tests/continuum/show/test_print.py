@@ -26,25 +26,21 @@ from tests.faulty_maps import faulty
 from tests.printed import faults_in_print
 
 
-def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figure], print_quality: float) -> None:
+def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figure]) -> None:
     result = continuum.run(small)
     draw_run(result)
     draw_analysis(result.analyse())
     names = ("contact", "area-and-load", "patches", "sizes", "gap-profile", "distributions")
     assert {name: faults_in_print(figure) for name, figure in drawn.items()} == {f"small-{n}": [] for n in names}
-    with Image.open(BytesIO(plot.image_bytes(drawn["small-sizes"]))) as image:
-        dpi = image.info["dpi"][0]
-        assert dpi == pytest.approx(print_quality, abs=0.1)
-        assert image.size[0] / dpi * 2.54 == pytest.approx(8.7, abs=0.02)
     first = result.points[0]
     assert faults_in_print(map_figure(result.contact_map(0), result.grid.lengths, first.area_rep, first.load)) == []
 
 
 def test_figures_of_a_prediction() -> None:
-    """With the state of its threshold, and with bounds only."""
-    grid = Grid.square(64)
+    """Of two bodies, with the state of their threshold and with bounds only."""
+    grid = Grid.square(32)
     maps = [
-        Topography(SelfAffine(0.8, 0.1, 8.0, 32.0).synthesise(grid, np.random.default_rng(seed)), grid.lengths, True)
+        Topography(SelfAffine(0.8, 0.1, 8.0, 16.0).synthesise(grid, np.random.default_rng(seed)), grid.lengths, True)
         for seed in (1, 2)
     ]
     found = prediction_of(maps, Interface(1.0, 0.005, 0.35, 1.0))
@@ -58,6 +54,13 @@ def test_figures_of_a_prediction() -> None:
 def test_the_figure_of_a_faulty_map() -> None:
     found = prediction_of([detrend(faulty("outlier lines", 1))], Interface(1e9, 0.05, 1e-9, None))
     assert faults_in_print(fault_figure(found)) == []
+
+
+def test_a_figure_has_the_pixels_of_print(print_quality: float) -> None:
+    with Image.open(BytesIO(plot.image_bytes(plot.new_figure(plot.COLUMN, 1.0)))) as image:
+        dpi = image.info["dpi"][0]
+        assert dpi == pytest.approx(print_quality, abs=0.1)
+        assert image.size[0] / dpi * 2.54 == pytest.approx(8.7, abs=0.02)
 
 
 @plot.styled

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -27,27 +28,32 @@ COARSE = 8
 NM = 1e-9
 
 
-def whole(hurst: float, seed: int = 1, slope: float = 0.1) -> np.ndarray:
-    """A surface with waves of 2 to 512 points, self-affine to the last."""
-    return SelfAffine(hurst, slope, 2.0, 512.0).synthesise(GRID, np.random.default_rng(seed))
-
-
-def overview(heights: np.ndarray) -> Topography:
-    """What an instrument with pixels of 8 points sees: the waves of 16 points and more."""
+@cache
+def made(hurst: float, seed: int, slope: float, lambda_s: float) -> tuple[np.ndarray, Topography]:
+    """A surface with waves up to 512 points, and what an instrument with pixels of 8 points sees: those above 16."""
+    heights = SelfAffine(hurst, slope, lambda_s, 512.0).synthesise(GRID, np.random.default_rng(seed))
     seen = GRID.inverse(GRID.forward(heights) * (GRID.wavenumber <= 2 * np.pi / (2 * COARSE)))
-    return Topography(seen[::COARSE, ::COARSE], (1024.0, 1024.0), True, "overview")
+    return heights, Topography(seen[::COARSE, ::COARSE], (1024.0, 1024.0), True, "overview")
+
+
+def whole(hurst: float, seed: int = 1, slope: float = 0.1) -> np.ndarray:
+    """Self-affine to the last point."""
+    return made(hurst, seed, slope, 2.0)[0]
+
+
+def overview(hurst: float, seed: int = 1, slope: float = 0.1, lambda_s: float = 2.0) -> Topography:
+    return made(hurst, seed, slope, lambda_s)[1]
 
 
 @pytest.mark.parametrize(("seed", "hurst"), covering([1, 2, 3], [0.3, 0.5, 0.8]))
 def test_an_overview_continued_has_the_moments_of_the_surface(hurst: float, seed: int) -> None:
     """The overview alone has a third to two thirds of the slope, and an eighth of the curvature."""
-    heights = whole(hurst, seed)
-    seen = overview(heights)
+    seen = overview(hurst, seed)
     roughness = roughness_of(seen)
     found = continuation_of([seen], [roughness], 2.0)
     assert found is not None
     contact = found.contact(prediction_of([seen], Interface(1.0, 0.01, 0.35, None), smallest=2.0).contact)
-    true = moments(GRID, heights)
+    true = moments(GRID, whole(hurst, seed))
     assert found.hursts[0] == pytest.approx(hurst, abs=0.1)
     assert roughness.moments.rms_curvature < 0.35 * true.rms_curvature
     assert contact.rms_height == pytest.approx(true.rms_height, rel=0.05)
@@ -57,7 +63,7 @@ def test_an_overview_continued_has_the_moments_of_the_surface(hurst: float, seed
 
 
 def test_to_the_last_measured_wave_nothing_is_added() -> None:
-    seen = overview(whole(0.8))
+    seen = overview(0.8)
     found = continuation_of([seen], [roughness_of(seen)], 2.0)
     assert found is not None
     assert found.measured == pytest.approx(16.0)
@@ -73,18 +79,17 @@ def test_to_the_last_measured_wave_nothing_is_added() -> None:
 
 
 def test_a_surface_with_its_own_cut_off_misses_nothing() -> None:
-    heights = SelfAffine(0.8, 0.1, 64.0, 512.0).synthesise(GRID, np.random.default_rng(1))
-    seen = overview(heights)
+    seen = overview(0.8, lambda_s=64.0)
     assert continuation_of([seen], [roughness_of(seen)], 0.01) is None
     # A cut-off that was asked for is none of the surface.
-    rough = cut_off(overview(whole(0.8)), 64.0)
+    rough = cut_off(overview(0.8), 64.0)
     found = continuation_of([rough], [roughness_of(rough)], 2.0)
     assert found is not None
     assert found.measured == pytest.approx(64.0)
 
 
 def test_a_blunt_tip_measures_waves_that_are_half_as_sharp() -> None:
-    seen = overview(whole(0.8))
+    seen = overview(0.8)
     roughness = roughness_of(seen)
     whole_curvature = roughness.moments.rms_curvature
     assert sharpest_wave(roughness, 0.5 / whole_curvature) == 0.0
@@ -102,9 +107,12 @@ def test_a_blunt_tip_measures_waves_that_are_half_as_sharp() -> None:
 
 def sticky_overview(work: float = 1e-3, **more: Any) -> PredictionNumbers:
     """An overview in nm that is sticky alone, and of which that is not known with its short waves."""
-    seen = overview(whole(0.3, slope=0.2))
-    small = Topography(NM * seen.heights, (1024 * NM, 1024 * NM), True, "overview")
-    return prediction_of([small], Interface(1e9, work, 0.6 * NM, None), **more)
+    return prediction_of([small_overview()], Interface(1e9, work, 0.6 * NM, None), **more)
+
+
+@cache
+def small_overview() -> Topography:
+    return Topography(NM * overview(0.3, slope=0.2).heights, (1024 * NM, 1024 * NM), True, "overview")
 
 
 def test_the_threshold_grows_with_the_waves_that_were_not_measured_and_what_that_changes_is_undecided() -> None:
@@ -126,9 +134,8 @@ def test_the_threshold_grows_with_the_waves_that_were_not_measured_and_what_that
         assert ("waves below 16 nm were not measured" in again.verdict.why) is (answer == "undecided")
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1e-9])
-def test_units_change_nothing(scale: float) -> None:
-    seen = overview(whole(0.5))
+def test_units_change_nothing() -> None:
+    seen, scale = overview(0.5), NM
     small = Topography(scale * seen.heights, (1024 * scale, 1024 * scale), True)
     contact = Interface(1.0, 0.01, 0.35, None), Interface(1.0, 0.01 * scale, 0.35 * scale, None)
     one, other = prediction_of([seen], contact[0], 2.0), prediction_of([small], contact[1], 2.0 * scale)
@@ -140,7 +147,7 @@ def test_units_change_nothing(scale: float) -> None:
 
 
 def test_two_bodies_are_continued_each() -> None:
-    maps = [overview(whole(0.3, 1)), overview(whole(0.8, 2))]
+    maps = [overview(0.3, 1), overview(0.8, 2)]
     found = prediction_of(maps, Interface(1.0, 0.01, 0.35, None), smallest=2.0)
     assert found.continuation is not None
     assert len(found.continuation.hursts) == 2
@@ -150,7 +157,7 @@ def test_two_bodies_are_continued_each() -> None:
 
 
 def test_the_command_takes_a_tip_and_a_smallest_wave(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    np.save(tmp_path / "map.npy", overview(whole(0.3, slope=0.2)).heights)
+    np.save(tmp_path / "map.npy", overview(0.3, slope=0.2).heights)
     known = ["--size", "1024nm", "--unit", "nm", "--estar", "1GPa", "--work", "1mJ/m2", "--range", "0.6nm",
              "--periodic", "--no-solve", "-o", str(tmp_path / "out")]  # fmt: skip
     for option, value, expected in (
@@ -163,11 +170,11 @@ def test_the_command_takes_a_tip_and_a_smallest_wave(tmp_path: Path, capsys: pyt
 
 
 def test_arguments_are_named() -> None:
-    heights = overview(whole(0.8)).heights
+    heights = overview(0.8).heights
     known: dict[str, Any] = {"size": "1um", "unit": "nm", "material": "mica", "solve": False}
     with pytest.raises(TopographyError, match="`tip` '3': a unit of length"):
         c.predict(heights, **known, tip="3")
     with pytest.raises(ValueError, match="smallest = 3: "):
         c.predict(heights, **known, smallest=3)
     with pytest.raises(ValueError, match="tip = -1"):
-        prediction_of([overview(whole(0.8))], Interface(1.0, 0.01, 0.35, None), tip=-1.0)
+        prediction_of([overview(0.8)], Interface(1.0, 0.01, 0.35, None), tip=-1.0)

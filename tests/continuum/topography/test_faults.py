@@ -19,6 +19,7 @@ from continuum.model.surface import SelfAffine
 from continuum.show.prediction_data import remedy_options
 from continuum.show.prediction_figures import fault_figure
 from continuum.sticky.materials import Interface
+from continuum.sticky import threshold
 from continuum.sticky.prediction import prediction_of
 from continuum.topography import faults
 from continuum.topography.faults import LEVELLING, ROUGHENING, directions, find_faults
@@ -49,7 +50,9 @@ BESIDE = {"tip": ["non-Gaussian heights"], "grooves": ["non-Gaussian heights", "
 def pressed(kind: str) -> Prediction:
     """A map with a fault as it was measured, or a clean one, pressed without adhesion."""
     topography = detrend(clean()) if kind == "clean" else as_measured(kind)
-    return prediction_of([topography], INTERFACE, kind=Prediction).solved(search=False)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(threshold, "LINEAR", 128**2)  # of 512² with mirror images: w_c/w_DMT, which is near one here
+        return prediction_of([topography], INTERFACE, kind=Prediction).solved(search=False)
 
 
 def as_measured(kind: str, seed: int = 1) -> Topography:

@@ -148,9 +148,9 @@ def test_a_clipped_valley_is_no_scar(share: float) -> None:
 
 
 def test_a_small_exponent_and_a_short_roll_off_are_no_noise() -> None:
-    """Seven of these 36 were called noisy, as their spectrum ends before the pixel does."""
+    """Of such maps a fifth were called noisy, as their spectrum ends before the pixel does."""
     for lambda_l in (24.0, 32.0, 40.0):
-        for seed in range(12):
+        for seed in range(6):
             assert "noise" not in kinds(as_map(gaussian(seed, 128, 0.3, 10.0, lambda_l)))
 
 
