@@ -94,6 +94,14 @@ def narrow_tables() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(autouse=True, scope="session")
+def unsynced() -> Iterator[None]:
+    """Files are not forced onto the disk, which takes longer than to write them: no test takes its power away."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", lambda descriptor: None)
+        yield
+
+
 @pytest.fixture
 def print_quality(really_drawn: None, monkeypatch: pytest.MonkeyPatch) -> float:
     """Figures are drawn and have the pixels per inch of print: for tests of pixels."""

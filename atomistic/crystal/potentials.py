@@ -10,7 +10,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self
 
@@ -223,6 +223,7 @@ class _Table(NamedTuple):
     comment: str
 
 
+@lru_cache(maxsize=4)  # an input is checked, then run, and a file of a million numbers takes a tenth of a second
 def _parse(content: bytes) -> _Table:
     """Header of a file, whose numbers are checked; raises ValueError or IndexError.
 

@@ -1,7 +1,9 @@
 """LAMMPS' language: numbers and variables as it reads them, and the templates of its scripts."""
 
 import string
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from importlib.resources import files
 
 
@@ -33,9 +35,16 @@ class _Template(string.Template):
     delimiter = "@"
 
 
+@cache
 def read_template(name: str) -> str:
     """Text of a file in ``templates/``."""
     return (files("atomistic.lammps") / "templates" / name).read_text(encoding="utf-8")
+
+
+@cache
+def words() -> dict[str, dict[str, str]]:
+    """Words that fill the templates, by the kind of deck."""
+    return tomllib.loads(read_template("words.toml"))
 
 
 def filled(text: str, values: Mapping[str, object]) -> str:

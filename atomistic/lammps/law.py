@@ -43,7 +43,6 @@ class NativeLaw:
     """Largest error of the traction, in E*; 0 for a formula, which differs by rounding only."""
 
 
-@lru_cache(maxsize=4)
 def native_law(wall: Wall, tolerance: float = TOLERANCE) -> NativeLaw:
     """The lines of a law.
 
@@ -57,6 +56,11 @@ def native_law(wall: Wall, tolerance: float = TOLERANCE) -> NativeLaw:
     if wall.law is None:
         cause = "its traction is not a function of the gap (a repulsive wall with one: LennardJonesSpline(0))"
         raise TypeError(f"the wall law {type(wall).__name__} cannot act in a deck: {cause}")
+    return _native_law(wall, tolerance)
+
+
+@lru_cache(maxsize=4)
+def _native_law(wall: Wall, tolerance: float) -> NativeLaw:
     return LAWS.get(type(wall), _in_pieces)(wall, tolerance)
 
 
@@ -190,7 +194,8 @@ def wall_table(wall: Wall, tolerance: float = TOLERANCE) -> str:
         f"# The formulas of in.wall differ from the law by at most {native_law(wall, tolerance).error:.1e} E*.\n"
         "# gap energy traction\n"
     )
-    np.savetxt(text, np.column_stack([gap, law.energy, traction]), fmt="%.17g")
+    rows = np.column_stack([gap, law.energy, traction]).ravel().tolist()
+    text.write("%.17g %.17g %.17g\n" * gap.size % tuple(rows))
     return text.getvalue()
 
 

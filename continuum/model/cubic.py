@@ -11,6 +11,7 @@ its two faces, which stay finite however thick it grows (the stiffness-matrix me
 Wang, J. Acoust. Soc. Am. 112, 822 (2002)).
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -105,11 +106,18 @@ def directional_contact_modulus(constants: CubicConstants, angle: Real) -> Real:
 
     Raises ValueError if the crystal is not stable.
     """
+    # cos 4jθ is the Chebyshev polynomial T_j of cos 4θ.
+    found = np.polynomial.chebyshev.chebval(np.cos(4 * np.asarray(angle)), _series(constants))
+    return np.asarray(found, dtype=np.float64)
+
+
+@lru_cache(maxsize=64)
+def _series(constants: CubicConstants) -> Real:
+    """Coefficients of cos 4jθ in E*(θ): of one crystal many ask, of a deck each number in its own unit."""
     samples = np.arange(_DIRECTIONS, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
     series = np.fft.rfft(2 * surface_stiffness(constants, samples, np.array(THICK))).real / _DIRECTIONS
     series[1:-1] *= 2
-    # cos 4jθ is the Chebyshev polynomial T_j of cos 4θ.
-    return np.asarray(np.polynomial.chebyshev.chebval(np.cos(4 * np.asarray(angle)), series), dtype=np.float64)
+    return np.asarray(series)
 
 
 def contact_modulus(constants: CubicConstants, directions: int = 128) -> float:

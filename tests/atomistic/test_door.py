@@ -171,7 +171,7 @@ def given_to(name: str) -> st.SearchStrategy[Any]:
 
 
 @pytest.mark.parametrize("call", CALLS)
-@settings(max_examples=2 * settings.default.max_examples, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_whatever_is_given_is_used_or_refused_by_its_name(call: str, data: st.DataObject) -> None:
     name = data.draw(st.sampled_from(list(CALLS[call][1])))

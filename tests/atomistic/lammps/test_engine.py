@@ -16,7 +16,7 @@ from atomistic.lammps.result import DeckStatus, LammpsError, read_result
 from atomistic.lammps.session import Session
 from continuum.model.walls import LennardJonesSpline
 from continuum.solve.solution import NotConvergedError
-from tests.problems import two_ranks
+from tests.problems import lmp
 from tests.python_walls import WallSession
 
 SPRINGS = Springs()
@@ -97,19 +97,19 @@ def test_the_springs_are_those_of_the_model(tmp_path):
 def test_the_total_energy_belongs_to_the_forces(tmp_path, name):
     # Smaller displacements than above: the rounding of the energy, of order 1, then stays below the target.
     deck = displaced(WALLS[name], shape=(5, 4), amplitude=0.01)
-    forces = run_in_process(write_deck(tmp_path, deck)).forces
-    along = np.random.default_rng(6).standard_normal(forces.shape)
+    result = run_in_process(write_deck(tmp_path, deck))
+    along = np.random.default_rng(6).standard_normal(result.forces.shape)
     along[deck.slab.mobile :] = 0
     along /= np.linalg.norm(along)
-
-    def energy(step: float) -> float:
-        moved = replace(deck, displacements=deck.start + step * along)
-        return run_in_process(write_deck(tmp_path, moved, force=True)).total_energy
-
     # Fourth order: (2h)⁴/30 of the fifth derivative, here 1e4, against rounding 1e-15/h.
     h = 1e-4
-    slope = (8 * (energy(h) - energy(-h)) - (energy(2 * h) - energy(-2 * h))) / (12 * h)
-    expected = -np.vdot(forces, along)
+    with Session(tmp_path) as session:
+        session.command(f"variable separation index {deck.separation!r}")
+        session.run("in.wall")
+        energy = {i: session.evaluate(deck.start + i * h * along)[0] for i in range(-2, 3)}
+    assert energy[0] == pytest.approx(result.total_energy, rel=1e-14)
+    slope = (8 * (energy[1] - energy[-1]) - (energy[2] - energy[-2])) / (12 * h)
+    expected = -np.vdot(result.forces, along)
     assert abs(expected) > 0.1
     assert slope == pytest.approx(expected, rel=1e-7)
 
@@ -162,16 +162,13 @@ def relaxing(tolerance: float = 1e-11, separation: float = 0.95) -> Deck:
 
 
 def test_every_way_to_run_gives_the_same_equilibrium(tmp_path):
-    directory = write_deck(tmp_path, relaxing())
+    # All go the same way to it: of more digits the second half of the evaluations says nothing.
+    directory = write_deck(tmp_path, relaxing(1e-6))
     here = run_in_process(directory).require()
     pushing = np.maximum(here.traction, 0).sum()
     assert pushing > 0.1
-    lmp = engine.script("lmp")
-    for result in (
-        run_command(directory),
-        run_command(directory, two_ranks()),
-        run_command(directory, command=f"'{lmp}' -nocite"),
-    ):
+    two_ranks = f"{script('mpiexec')} -n 2 '{script('lmp')}' -nocite"
+    for result in (run_command(directory), run_command(directory, two_ranks)):
         result.require()
         assert result.force == pytest.approx(here.force, abs=1e-8 * pushing)
         assert np.allclose(result.displacements, here.displacements, rtol=0, atol=1e-9)
@@ -182,7 +179,7 @@ def test_every_way_to_run_gives_the_same_equilibrium(tmp_path):
 
 def test_the_separation_can_be_set_on_the_command_line(tmp_path):
     directory = write_deck(tmp_path, relaxing())
-    result = run_command(directory, command=f"{engine.script('lmp')} -var separation 0.97")
+    result = run_command(directory, command=f"{lmp()} -var separation 0.97")
     assert result.separation == 0.97
     result.require()
     expected = run_in_process(write_deck(tmp_path, relaxing(separation=0.97), force=True)).require()
@@ -236,11 +233,9 @@ def test_forces_that_are_no_number_are_no_equilibrium(tmp_path):
 
 
 def test_a_short_time_ends_a_relaxation(tmp_path):
-    # 16 x 16 x 24 layers to 1e-15, below rounding: without a limit it would use all its evaluations, 10 s.
-    deck = Deck(Slab((16, 16), mobile=24), SPRINGS, WALLS["adhesive"], np.zeros((16, 16)), 0.95)
-    deck = replace(deck, tolerance=1e-30, evaluations=10**6)
-    directory = write_deck(tmp_path, deck)
-    assert run_command(directory, f"{script('lmp')} -var timeout 1").status is DeckStatus.FORCES_LEFT
+    # To 1e-30, below rounding: without a limit it would use all its evaluations, 10 s.
+    directory = write_deck(tmp_path, replace(relaxing(1e-30), evaluations=10**6))
+    assert run_command(directory, f"{lmp()} -var timeout 1").status is DeckStatus.FORCES_LEFT
 
 
 @pytest.mark.parametrize("run", [run_in_process, run_command])

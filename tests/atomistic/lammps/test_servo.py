@@ -55,7 +55,7 @@ def test_a_wall_that_keeps_a_load_takes_nothing_from_atoms_at_rest_and_its_energ
     found, error = taken(warm)
     assert abs(found) < 3 * error
     # A drag without noise takes A <δp²>/(ρ c), as a bath at T = 0.
-    drained, error = taken(run(tmp_path / "cold", noise=False))
+    drained, error = taken(run(tmp_path / "cold", noise=False, dwell=4))
     assert drained > 4 * error
     # Heat passes slowly through the one layer of the thermostat: temperatures scatter by more than the errors
     # of the blocks of a window, and by as much as those of the steps say.

@@ -15,7 +15,7 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_command, run_in_process
-from atomistic.lammps.result import DeckResult
+from atomistic.lammps.result import DeckResult, read_result
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import MOST_WAVES, HeightSpline, Round, Shape, Waves, shape_of
 from tests.problems import two_ranks
@@ -91,8 +91,15 @@ def test_the_wall_in_lammps_is_its_formula_and_its_force_the_gradient_of_its_ene
     # Rounding of coordinates up to 8 and of cosines, times the stiffness of the law, 30.
     assert np.allclose(result.heights, height, rtol=0, atol=1e-13)
     assert np.allclose(result.traction, law.traction, rtol=0, atol=1e-11 * scale)
+    along = np.random.default_rng(6).standard_normal(deck.start.shape)
+    along[deck.slab.mobile :] = 0
+    along /= np.linalg.norm(along)
+    h = 1e-4
     with Session(directory) as session:
         _, without = session.evaluate(deck.start)
+        session.command(f"variable separation index {deck.separation!r}")
+        session.run("in.wall")
+        energy = {i: session.evaluate(deck.start + i * h * along)[0] for i in range(-2, 3)}
     acting = (result.forces - without)[0]
     for axis, slope in enumerate(slopes):
         assert np.allclose(acting[..., axis], law.traction * slope, rtol=0, atol=1e-11 * scale)
@@ -100,19 +107,9 @@ def test_the_wall_in_lammps_is_its_formula_and_its_force_the_gradient_of_its_ene
     assert result.lateral_x == pytest.approx(np.sum(law.traction * slopes[0]), abs=1e-10 * scale)
     assert result.lateral_y == pytest.approx(np.sum(law.traction * slopes[1]), abs=1e-10 * scale)
     assert result.wall_energy == pytest.approx(law.energy.sum(), abs=1e-11 * scale)
-
-    along = np.random.default_rng(6).standard_normal(deck.start.shape)
-    along[deck.slab.mobile :] = 0
-    along /= np.linalg.norm(along)
-
-    def energy(step: float) -> float:
-        return run_in_process(
-            write_deck(tmp_path, replace(deck, displacements=deck.start + step * along), force=True)
-        ).total_energy
-
+    assert result.total_energy == pytest.approx(energy[0], rel=1e-14)
     # Fourth order: h⁴/30 of the fifth derivative, 1e5 below the core's gap of 0.8, against rounding of 1e-14/h.
-    h = 1e-4
-    slope = (8 * (energy(h) - energy(-h)) - (energy(2 * h) - energy(-2 * h))) / (12 * h)
+    slope = (8 * (energy[1] - energy[-1]) - (energy[2] - energy[-2])) / (12 * h)
     assert slope == pytest.approx(-np.vdot(result.forces, along), rel=1e-7, abs=1e-9)
 
 
@@ -127,9 +124,8 @@ def relaxed(tmp_path: Path, shape: Shape | None, heights, separation: float = 0.
     return run_in_process(write_deck(tmp_path / "deck", replace(deck, **changes), force=True)).require()
 
 
-@pytest.mark.parametrize("name", ["sphere", "array"])
-def test_the_force_on_the_wall_is_that_on_the_atoms_and_belongs_to_its_energy(tmp_path, name):
-    shape = SHAPES[name]
+def test_the_force_on_the_wall_is_that_on_the_atoms_and_belongs_to_its_energy(tmp_path):
+    shape = SHAPES["sphere"]
     deck = Deck(Slab((8, 7), 2), Springs(), WALL, shape.evaluate(*SITES).height, 0.97, tolerance=1e-12, shape=shape)
     directory = write_deck(tmp_path, deck)
 
@@ -199,14 +195,17 @@ def test_an_array_goes_through_a_staircase_by_a_stock_lmp_on_two_ranks(tmp_path)
     with pytest.warns(UserWarning, match="fewer than 4 points"):
         contact = c.Contact(heights, WALL)
     deck = a.deck(contact, separations=[1.05, 1.0], depth=2.2, follows="atom")
+    # Two ranks go the same way to it: of more digits the second half of the evaluations says nothing.
+    deck = replace(deck, tolerance=1e-6)
     run = a.run_deck(deck.write(tmp_path / "deck"))
     assert run.converged
     assert run.finished
     assert "bicubic spline" in (tmp_path / "deck" / "README.txt").read_text()
     deck.write(tmp_path / "two")
-    there = run_command(tmp_path / "two", two_ranks()).require()
-    # Forces of 1e-8 h' are left: a part of the load like that over the strain.
-    assert there.force == pytest.approx(run.last.force, rel=1e-6)
+    there = run_command(tmp_path / "two", f"{two_ranks()} -var last 1").require()
+    first = read_result(run.directory, 1)
+    assert there.evaluations == first.evaluations
+    assert there.force == pytest.approx(first.force, rel=1e-9)
 
 
 @pytest.mark.parametrize("shape", [(3, 5), (8, 7)])
@@ -219,13 +218,6 @@ def test_the_cells_of_an_array_are_its_spline(shape):
     found = sum(a_mn[m, n] * s**m * t**n for m in range(4) for n in range(4))
     # Rounding of a dozen terms of order 10.
     assert np.allclose(found, spline.evaluate(cell[0] + s, cell[1] + t).height, rtol=0, atol=1e-12)
-
-
-def test_a_native_wall_is_the_same_by_lmp_on_two_ranks(tmp_path):
-    shape = SHAPES["punch"]
-    here = relaxed(tmp_path, shape, shape.evaluate(*SITES).height)
-    there = run_command(tmp_path / "deck", two_ranks()).require()
-    assert there.force == pytest.approx(here.force, rel=1e-8)
 
 
 def test_a_shape_that_is_not_that_of_the_heights_is_refused():

@@ -29,6 +29,11 @@ GAPS = np.linspace(0.8, 1.5, 60)
 CONTACT = c.Contact(HEIGHTS, LAW)
 
 
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("atomistic.show.decks.save_figure", lambda _, stem: stem)
+
+
 @pytest.fixture(scope="module")
 def stairs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two equilibria on springs, of which the second touches."""

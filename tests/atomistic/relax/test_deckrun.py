@@ -58,6 +58,7 @@ def test_a_deck_of_equilibria_has_no_windows_and_is_written_in_every_form_there_
 
     # As docs/contribute.md adds one: in one place, and the command tells of it.
     monkeypatch.setattr("atomistic.show.decks.WRITERS", [*WRITERS, curve])
+    monkeypatch.setattr("atomistic.show.decks.save_figure", lambda _, stem: stem)
     assert main(["read", str(tmp_path / "deck"), "-o", str(tmp_path / "out")]) == 0
     assert f"file     {tmp_path / 'out' / 'deck.txt'}" in capsys.readouterr().out
     assert float((tmp_path / "out" / "deck.txt").read_text()) == run.steps[0].load
