@@ -15,7 +15,6 @@ import hashlib
 import inspect
 import math
 import os
-import sys
 import warnings
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
@@ -418,27 +417,6 @@ def _allowed(fault: ErrorDetails, field: FieldInfo | None) -> str:
 
 
 @cache
-def _classes_of(module: str) -> dict[str, ast.stmt]:
-    """The classes of a module by their names, as they are written."""
-    body = ast.parse(inspect.getsource(sys.modules[module])).body
-    return {one.name: one for one in body if isinstance(one, ast.ClassDef)}
-
-
-@cache
-def _said_in(table: type) -> dict[str, str]:
-    """The text below each key in the source of a class, which several others have as their base."""
-    said: dict[str, str] = {}
-    with suppress(OSError, TypeError):  # without a source there is nothing to say
-        found = _classes_of(table.__module__).get(table.__qualname__)
-        written = found or ast.parse(dedent(inspect.getsource(table))).body[0]  # a class in a function
-        for key, text in pairwise(cast(ast.ClassDef, written).body):
-            match key, text:
-                case ast.AnnAssign(target=ast.Name(name)), ast.Expr(ast.Constant(str(meaning))):
-                    said[name] = inspect.cleandoc(meaning)
-    return said
-
-
-@cache
 def explained(table: type[Table]) -> dict[str, FieldInfo]:
     """The keys of a table, each described by the text below it in the source, which is read when it is shown.
 
@@ -446,11 +424,23 @@ def explained(table: type[Table]) -> dict[str, FieldInfo]:
     """
     meanings: dict[str, str] = {}
     for base in reversed(table.__mro__[: table.__mro__.index(Table)]):
-        meanings |= _said_in(base)
+        meanings |= _meanings(base)
     named = {table.kind_key: FieldInfo(annotation=cast(Any, Literal)[table.kind_name])} if table.kind_name else {}
     for name, field in table.model_fields.items():
         field.description = meanings.get(name)
     return named | table.model_fields
+
+
+@cache
+def _meanings(one: type) -> dict[str, str]:
+    """The texts below the keys of a class alone."""
+    found: dict[str, str] = {}
+    with suppress(OSError):  # without a source there is nothing to say
+        for key, text in pairwise(cast(ast.ClassDef, ast.parse(dedent(inspect.getsource(one))).body[0]).body):
+            match key, text:
+                case ast.AnnAssign(target=ast.Name(name)), ast.Expr(ast.Constant(str(said))):
+                    found[name] = inspect.cleandoc(said)
+    return found
 
 
 def table_in(annotation: Any) -> type[Table] | None:

@@ -14,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs/contribute.md").read_text(encoding="utf-8")
+TESTS = "test_page.py"
 FILE = re.compile(r"(?:#|\+\+\+) ((?:atomistic|continuum|docs|inputs)/[\w/.-]+)\n")
 
 
@@ -45,7 +46,7 @@ NEW = {
     "wall law": ("morse", "continuum/test_tables continuum/model/test_consistency continuum/model/test_wall"
                           " atomistic/lammps/test_law"),
     "function": ("surface-tension", "continuum/test_tables continuum/model/test_consistency"),
-    "criterion": ("margin_is_the_factor or estimates_in_any_units", "continuum/theory/test_theory"),
+    "criterion": ("margin_is_the_factor", "continuum/theory/test_theory"),
     "material": ("page_has_the_table", "continuum/sticky/test_predict"),
     "deck protocol": ("an_input_for_each_protocol or took[press]", "atomistic/ladder/test_cost"),
     "column": ("result_holds_what", "continuum/runs/test_run"),
@@ -149,17 +150,17 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> str:
     """What pytest says in a copy with all that the page adds: of the page itself, and of the tests of all kinds."""
     copy = tmp_path_factory.mktemp("copy")
     finds = "continuum/files/toml.py"  # which looks for inputs beside itself, not beside what it is a link to
-    copied(copy, {finds: (ROOT / finds).read_text(encoding="utf-8")} | with_all_sections())
-    (copy / "test_page.py").write_text("".join(map(used, SECTIONS.values())) + OF_A_COLUMN)
+    page = {f"tests/{TESTS}": "".join(map(used, SECTIONS.values())) + OF_A_COLUMN}
+    copied(copy, {finds: (ROOT / finds).read_text(encoding="utf-8")} | with_all_sections() | page)
     words, files = zip(*NEW.values(), strict=True)
     tests = sorted({f"tests/{name}.py" for each in files for name in each.split()})
     environment = os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [
-        sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", "--hypothesis-profile", "few",
-        "-k", " or ".join(("test_page", *words)),
+        sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", "--basetemp", str(copy / "pytest"),
+        "--hypothesis-profile", "few", "-k", " or ".join(("test_page", *words)),
     ]  # fmt: skip
     done = subprocess.run(
-        [*command, "test_page.py", *tests], cwd=copy, env=environment, capture_output=True, text=True, check=False
+        [*command, *page, *tests], cwd=copy, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

@@ -47,18 +47,18 @@ def anchors(text: str) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_every_input_and_picture_named_exists(page: str) -> None:
-    text, folder = PAGES[page], (ROOT / page).parent
-    for path in re.findall(r"\binputs/[\w-]+/[\w.-]+\.toml", text):
-        assert (ROOT / path).is_file() or f"```toml\n# {path}\n" in text, path  # or the page itself has it
-    for target, anchor in re.findall(r"\]\(([^)#:]*)(?:#([^):]*))?\)", text):
-        if "reference/" in target:  # made with the site
-            continue
-        assert (folder / target).exists(), target
-        if anchor:
-            there = (folder / target).resolve().relative_to(ROOT).as_posix() if target else page
-            assert anchor in anchors(PAGES[there]), f"{target}#{anchor}"
+def test_every_input_and_picture_named_exists() -> None:
+    for page in PAGES:
+        text, folder = PAGES[page], (ROOT / page).parent
+        for path in re.findall(r"\binputs/[\w-]+/[\w.-]+\.toml", text):
+            assert (ROOT / path).is_file() or f"```toml\n# {path}\n" in text, path  # or the page itself has it
+        for target, anchor in re.findall(r"\]\(([^)#:]*)(?:#([^):]*))?\)", text):
+            if "reference/" in target:  # made with the site
+                continue
+            assert (folder / target).exists(), target
+            if anchor:
+                there = (folder / target).resolve().relative_to(ROOT).as_posix() if target else page
+                assert anchor in anchors(PAGES[there]), f"{target}#{anchor}"
 
 
 def test_every_script_and_table_named_exists() -> None:
@@ -135,13 +135,13 @@ def test_the_solver_has_the_functions_of_its_page_and_they_call_one_another() ->
             assert calls(before, after), (before, after)
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_links_to_elsewhere_have_the_form_of_one(page: str) -> None:
+def test_links_to_elsewhere_have_the_form_of_one() -> None:
     """Whether they answer is asked of a browser, not of a test: `sphinx -b linkcheck docs build/links`."""
-    for target in re.findall(r"\]\((\w+:[^)]+)\)", PAGES[page]):
-        assert re.fullmatch(r"https://[\w.-]+\.\w+(/[\w./()~%-]*)?", target), target
-        if "doi.org" in target:
-            assert re.fullmatch(r"https://doi\.org/10\.\d{4,}/\S+", target), target
+    for page in PAGES:
+        for target in re.findall(r"\]\((\w+:[^)]+)\)", PAGES[page]):
+            assert re.fullmatch(r"https://[\w.-]+\.\w+(/[\w./()~%-]*)?", target), target
+            if "doi.org" in target:
+                assert re.fullmatch(r"https://doi\.org/10\.\d{4,}/\S+", target), target
 
 
 def test_the_paper_is_cited_by_its_title_and_its_preprint_by_its_own() -> None:
@@ -156,25 +156,25 @@ def test_the_paper_is_cited_by_its_title_and_its_preprint_by_its_own() -> None:
         assert not re.search(r"sticky\?\W{1,3}\s*(PNAS|Proceedings)", page)
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_every_command_and_option_named_exists(page: str) -> None:
+def test_every_command_and_option_named_exists() -> None:
     known = {
         f"{program} {command}"
         for program, app in {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}.items()
         for command in app.resolved_commands()
     }
-    for line in re.findall(r"(?:^|`)((?:continuum|atomistic) [a-z][^`\n]*)", PAGES[page], re.MULTILINE):
-        program, command, *words = line.split("#")[0].split()
-        if f"{program} {command}" in ("continuum of", "continuum is", "continuum on") or "." in command:
-            continue
-        assert f"{program} {command}" in known, line
-        app = {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}[program][command]
-        if command == "sweep":
-            app = app[words.pop(0)] if words else app
-        options = {word.split("=")[0] for word in words if word.startswith("--")} - {"--help", "--version"}
-        if options:
-            names = {option for argument in app.assemble_argument_collection() for option in argument.names}
-            assert options <= names, line
+    for page in PAGES:
+        for line in re.findall(r"(?:^|`)((?:continuum|atomistic) [a-z][^`\n]*)", PAGES[page], re.MULTILINE):
+            program, command, *words = line.split("#")[0].split()
+            if f"{program} {command}" in ("continuum of", "continuum is", "continuum on") or "." in command:
+                continue
+            assert f"{program} {command}" in known, line
+            app = {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}[program][command]
+            if command == "sweep":
+                app = app[words.pop(0)] if words else app
+            options = {word.split("=")[0] for word in words if word.startswith("--")} - {"--help", "--version"}
+            if options:
+                names = {option for argument in app.assemble_argument_collection() for option in argument.names}
+                assert options <= names, line
 
 
 def test_the_glossary_has_the_mean_diameter_of_the_paper() -> None:

@@ -158,7 +158,7 @@ def respond(kind: int, gap: Real, p: Real, response: Real) -> None:
 
 def evaluate(law: Law, gap: Real) -> tuple[Real, Real, Real]:
     """Energy, traction and stiffness at each gap, in the shape of the gaps."""
-    flat = np.ascontiguousarray(gap, dtype=np.float64).ravel()
+    flat = np.require(gap, np.float64, ("C", "W")).ravel()  # for gaps that are read only, all would be compiled again
     response = np.empty((3, flat.size))
     respond(law.kind, flat, law.parameters, response)
     energy, traction, stiffness = response.reshape(3, *np.shape(gap))

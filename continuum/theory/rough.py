@@ -126,9 +126,9 @@ def bearing_area_limit(ratio: float) -> float:
     the tension is constant, w over the tension.
     """
 
-    def loss(x: float) -> float:
-        between = math.erfc((x - 1 / ratio) / math.sqrt(2)) - math.erfc(x / math.sqrt(2))
-        return -math.exp(2 * x) * between / 2 * ratio
+    def loss(x: Real | float) -> Real:
+        between = scipy.special.erfc((x - 1 / ratio) / np.sqrt(2)) - scipy.special.erfc(x / np.sqrt(2))
+        return np.asarray(-np.exp(2 * x) * between / 2 * ratio)
 
     # The maximum lies at x = 2 for a short range, and moves out with it; beyond 300 all contacts are sticky.
     return _largest_tension(loss, loss, 0.0, min(6.0 + 4 / ratio, 300.0)) / (0.75 * 2 * np.pi)

@@ -147,12 +147,14 @@ def refitted(rows: DataFrame, work: Real, reach: Real) -> float:
     vectors, sizes, _ = np.linalg.svd(linear.astype(float), full_matrices=False)
     spanned = vectors[:, sizes > 1e-9 * sizes[0]]
 
+    log_work, log_reach = np.log(work), np.log(reach)
+    middle = np.mean(log_reach)
+
     def rest(free: Real) -> Real:
         place, power = free.reshape(2, len(SHAPES))[:, of_shape]
-        found: Real = np.log(work) + np.log1p(np.exp(np.clip(power, -3, 3) * (np.log(reach) - place)))
+        found: Real = log_work + np.log1p(np.exp(np.clip(power, -3, 3) * (log_reach - place)))
         return found - spanned @ (spanned.T @ found)
 
-    middle = np.mean(np.log(reach))
     found = [
         least_squares(rest, np.repeat([middle + place, power], len(SHAPES)))
         for place, power in ((0.0, 1.0), (-2.0, 0.5), (0.0, 1.5))

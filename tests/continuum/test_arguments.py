@@ -141,10 +141,10 @@ BAD: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("made", BAD.values(), ids=BAD.keys())
-def test_public_functions_refuse_in_one_wording(made: Any) -> None:
-    with pytest.raises(ArgumentError, match=r"^[a-zA-Z_\- ]+ = .*: allowed: "):
-        made()
+def test_public_functions_refuse_in_one_wording() -> None:
+    for made in BAD.values():
+        with pytest.raises(ArgumentError, match=r"^[a-zA-Z_\- ]+ = .*: allowed: "):
+            made()
 
 
 def test_a_slope_beyond_small_slopes_is_said_and_an_enormous_one_refused() -> None:

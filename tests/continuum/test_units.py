@@ -103,9 +103,10 @@ def test_a_quantity_that_may_have_a_sign_is_read_with_it(text: str) -> None:
         parse(text, "pressure")
 
 
-@pytest.mark.parametrize(
-    "text", ["", "nm", "5", "5 5nm", "nan nm", "inf nm", "-5nm", "0nm", "1e400nm", "0x5nm", "5,5nm"]
-)
-def test_what_is_no_length_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match=r"unit|positive|not a number"):
-        parse(text, "length")
+NO_LENGTHS = ["", "nm", "5", "5 5nm", "nan nm", "inf nm", "-5nm", "0nm", "1e400nm", "0x5nm", "5,5nm"]
+
+
+def test_what_is_no_length_is_refused() -> None:
+    for text in NO_LENGTHS:
+        with pytest.raises(ValueError, match=r"unit|positive|not a number"):
+            parse(text, "length")

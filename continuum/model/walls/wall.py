@@ -175,12 +175,15 @@ class Wall(Description):
         if self.work_of_adhesion <= 0:
             return 0.0
         unit = self.work_of_adhesion / self.largest_tension  # an integral to infinity has to know where to look
-        cutoff = (self.reach - self.zero_gap) / unit
+        zero, law, gap, response = self.zero_gap, self.law, np.empty(1), np.empty((3, 1))
+        assert law is not None
 
         def attraction(x: float) -> float:
-            return -float(self.evaluate(np.array(self.zero_gap + unit * x)).traction)
+            gap[0] = zero + unit * x
+            laws.respond(law.kind, gap, law.parameters, response)
+            return -float(response[1, 0])
 
-        return unit * paper.effective_range(attraction, cutoff)
+        return unit * paper.effective_range(attraction, (self.reach - zero) / unit)
 
     @cached_property
     def largest_tension(self) -> float:

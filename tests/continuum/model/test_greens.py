@@ -43,14 +43,14 @@ def bonded_layer(q: float, depth: float, nu: float) -> float:
     return float(1 / (surface[1] @ base))
 
 
-@pytest.mark.parametrize("nu", [-0.3, 0.0, 0.25, 0.4, 0.49, 0.5])
-@pytest.mark.parametrize("qd", [0.05, 0.3, 1.0, 3.0])
-def test_layer_solves_its_boundary_value_problem(nu: float, qd: float) -> None:
-    depth = 3.0
-    grid = Grid((4, 4), (2 * np.pi / (qd / depth), 1.0))
-    found = Layer(depth, nu, "free").stiffness(grid)[1, 0]
-    # Cancellation in the closed form at small qd: K's denominator is a difference of order (qd)³ of terms qd.
-    assert found == pytest.approx(bonded_layer(qd / depth, depth, nu), rel=1e-9)
+def test_layer_solves_its_boundary_value_problem() -> None:
+    for qd in [0.05, 0.3, 1.0, 3.0]:
+        for nu in [-0.3, 0.0, 0.25, 0.4, 0.49, 0.5]:
+            depth = 3.0
+            grid = Grid((4, 4), (2 * np.pi / (qd / depth), 1.0))
+            found = Layer(depth, nu, "free").stiffness(grid)[1, 0]
+            # Cancellation in the closed form at small qd: K's denominator is a difference of order (qd)³ of terms qd.
+            assert found == pytest.approx(bonded_layer(qd / depth, depth, nu), rel=1e-9)
 
 
 @given(st.floats(0.01, 0.5), st.floats(30, 1e6))
@@ -177,13 +177,13 @@ def test_a_crystal_that_is_none_is_refused(bad: dict) -> None:
         CubicLayer(**({"depth": 1.0, "constants": SPRINGS, "mean": "free"} | bad))
 
 
-@pytest.mark.parametrize("nu", [-0.99, 0.0, 0.3, 0.4999, float(np.nextafter(0.5, 0)), 0.5])
+@pytest.mark.parametrize("nu", [-0.99, 0.3, 0.4999, float(np.nextafter(0.5, 0)), 0.5])
 def test_layers_keep_their_digits_however_thin_and_incompressible(nu: float) -> None:
     """Against 60 digits.  Incompressible ones lost all of theirs at q depth = 1e-8: sinh 2x - 2x was a difference."""
     with mpmath.workdps(60):
         grid = Grid((2, 2), (2 * np.pi, 2 * np.pi))
         q = mpmath.mpf(float(grid.wavenumber[0, 1]))
-        for power in np.linspace(-12, 6, 73):
+        for power in np.linspace(-12, 6, 25):
             depth = float(10**power)
             x, n = q * mpmath.mpf(depth), mpmath.mpf(nu)
             ratio = mpmath.mpf(1)  # to all digits where cosh would overflow

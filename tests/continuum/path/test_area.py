@@ -40,7 +40,7 @@ def allowed(target: float, points: int, tolerance: float = 0.01) -> float:
 
 @pytest.mark.parametrize("name", WALLS)
 @given(target=st.floats(0.005, 0.9995), seed=st.integers(1, 3))
-@settings(max_examples=3)  # of each of eight walls, at a tenth of a second
+@settings(max_examples=2)  # of each of eight walls, at a tenth of a second
 def test_an_area_is_met_up_to_full_contact_or_said_not_to_be(name: str, target: float, seed: int) -> None:
     wall = WALLS[name]
     problem = Rough(48, seed=seed).problem(wall)
@@ -71,7 +71,7 @@ def test_a_search_near_full_contact_begins_at_a_mean_gap_that_leaves_a_surface(s
 
 @pytest.mark.parametrize(
     ("work", "shortest"),
-    [(0.0, 8), (0.005, 4), *(pytest.param(*each, marks=pytest.mark.long) for each in [(0.0005, 4), (0.005, 8)])],
+    [(0.005, 4), *(pytest.param(*each, marks=pytest.mark.long) for each in [(0.0, 8), (0.0005, 4), (0.005, 8)])],
 )
 def test_a_search_finds_the_state_of_the_approach_at_the_price_of_a_few(work: float, shortest: int) -> None:
     """Wherever it began, and however loose its trials: the contact that is followed from the first touch.

@@ -215,7 +215,9 @@ def test_the_work_of_the_threshold_keeps_load_and_area(law: str, substrate: str)
     assert abs(here.changes(1.0, 0.0, work)[1]) > 1e-3 * abs(area.work * work)
 
 
-@pytest.mark.parametrize(("law", "substrate"), [("exponential", "layer"), (PAPERS, NO_IMAGES)])
+@pytest.mark.parametrize(
+    ("law", "substrate"), [("exponential", "layer"), pytest.param(PAPERS, NO_IMAGES, marks=pytest.mark.long)]
+)
 def test_the_least_load_changes_as_the_load_there_at_a_given_gap(
     law: str, substrate: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

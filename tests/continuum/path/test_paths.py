@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
@@ -24,9 +24,8 @@ from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
 from continuum.model.substrates import HalfSpace, MeanMode
 from continuum.model.surface import SelfAffine, moments
-from continuum.model.surfaces import sine, sphere
+from continuum.model.surfaces import sphere
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
-from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.aim import RESOLUTION
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow, solve
@@ -40,7 +39,6 @@ from tests.problems import SMALL, Rough
 from tests.stored import same, stop_after
 
 TIGHT = Settings(1e-9)
-TABLE = np.linspace(0.7, 2.0, 400)
 
 
 def rough(n: int, wall: Wall, seed: int = 1, mean: MeanMode = "clamped") -> ContactProblem:
@@ -113,6 +111,7 @@ def test_without_adhesion_no_tension_is_held() -> None:
 
 
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.005, 0.05]), st.floats(0.004, 0.3), st.sampled_from([0.01, 0.1]))
+@settings(max_examples=5)  # of three states each
 def test_an_area_is_met_or_said_to_be_jumped_over(seed: int, length: float, target: float, tolerance: float) -> None:
     problem = rough(64, LennardJonesSpline(adhesion_length=length), seed)
     # Half the area on the approach, then the target, then back.
@@ -148,19 +147,15 @@ def test_a_search_begins_on_coarser_grids_and_says_what_it_took() -> None:
     assert state.search_pairs < 4 * cold
 
 
-ANY_WALL: list[Wall] = [
-    LennardJonesSpline(0.0),
+WALLS: list[Wall] = [
     LennardJonesSpline(0.3464),
     InversePowers((9, 3), adhesion_length=0.005),
-    InversePowers((12, 6), adhesion_length=0.005),
-    Exponential(0.005, 0.3, 5.0),
-    TabulatedWall(tuple(TABLE), tuple(LennardJonesSpline(0.3464).evaluate(TABLE).traction)),
     HardWall(),
 ]
 
 
-@pytest.mark.parametrize("wall", ANY_WALL, ids=lambda wall: type(wall).__name__)
-def test_an_area_is_reached_there_and_back_under_every_wall(wall: Wall) -> None:
+@pytest.mark.parametrize("wall", WALLS, ids=lambda wall: type(wall).__name__)
+def test_an_area_is_reached_there_and_back(wall: Wall) -> None:
     problem = rough(64, wall)
     gaps = [wall.zero_gap + gap for gap in (0.9, 0.6, 0.45, 0.7)]
     path = list(follow(problem, "mean-gap", gaps, Settings(1e-7)))
@@ -240,33 +235,6 @@ def test_flats_on_stiff_springs_do_not_snap() -> None:
     states = list(follow(flat(0.2), "separation", [1.5, 0.9, 1.5], TIGHT, (), search))
     assert [state.area_rep for state in states] == [0, 1, 0]
     assert not jumps(states)
-
-
-def test_a_bracket_holds_the_jump_that_a_fine_path_finds() -> None:
-    grid = Grid((64, 8), (64.0, 8.0))
-    heights = sine(grid, 1.0, (1, 0))
-    problem = ContactProblem(grid, LennardJonesSpline(adhesion_length=0.05), heights, HalfSpace("clamped"))
-    fine = 0.01
-    ends = (3.2, 2.2)
-    down = np.round(np.arange(ends[0], ends[1] - fine / 2, -fine), 6).tolist()
-    path = list(follow(problem, "mean-gap", [*down, *down[-2::-1]], Settings(1e-8)))
-    loads = np.array([state.load for state in path])
-    search = Search(event_resolution=0.002, event_threshold=0.02)
-    inward, *rest = jumps(list(follow(problem, "mean-gap", [*ends, ends[0]], Settings(1e-8), (), search)))
-    outward = rest[-1]
-    # The work of a closed loop is what its jumps dissipate: positive.
-    assert np.trapezoid(loads, [state.mean_gap for state in path]) < -1e-4
-    # Hysteresis: the wave lets go farther out than it caught on.
-    assert inward.kind == "jump-in"
-    assert outward.kind in ("jump-out", "pull-off")
-    assert outward.after.value > inward.before.value
-    for event, part in ((inward, slice(0, len(down))), (outward, slice(len(down) - 1, None))):
-        change = np.abs(np.diff(loads[part]))
-        i = int(change.argmax())
-        one, other = path[part][i].target, path[part][i + 1].target
-        assert min(one, other) - 1e-3 <= event.before.value <= max(one, other) + 1e-3
-        assert min(one, other) - 1e-3 <= event.after.value <= max(one, other) + 1e-3
-        assert abs(event.after.load - event.before.load) == pytest.approx(change[i], rel=0.2)
 
 
 def test_a_sphere_comes_off_between_jkr_and_dmt() -> None:

@@ -111,6 +111,8 @@ def test_a_way_of_jumps_finds_those_of_short_steps_in_fewer_solves(monkeypatch: 
     states = list(follow(problem, "mean-gap", [3.2, 2.9, 3.3], Settings(1e-8), (), search))
     events = [event for state in states for event in state.events]
     assert [event.kind for event in events] == ["jump-in", "pull-off"]
+    # Hysteresis: the wave lets go farther out than it caught on.
+    assert events[1].after.value > events[0].before.value
     assert len(tried) == sum(state.search_solves + 1 for state in states)
     assert len(tried) < most
     for event, at in zip(events, (2.9, 3.3), strict=True):

@@ -31,6 +31,7 @@ WALLS: dict[str, dict[str, Any]] = {
     "repulsive": {"law": "lennard-jones-spline", "range": 0.0},
 }
 LOADING = {"control": "repulsive-area", "targets": [0.05, 0.15]}
+ONE = {**LOADING, "targets": [0.05]}
 
 
 def stored(folder: Path, with_fields: bool = True, **settings: object) -> Path:
@@ -42,14 +43,20 @@ def stored(folder: Path, with_fields: bool = True, **settings: object) -> Path:
 @pytest.mark.parametrize(("fields", "name"), covering([True, False], WALLS))
 def test_states_of_every_law_are_sound_stored_or_found_again(name: str, fields: bool, tmp_path: Path) -> None:
     wall = WALLS[name]
-    found = c.certify(stored(tmp_path, fields, wall=wall))
+    found = c.certify(stored(tmp_path, fields, wall=wall, loading=ONE))
     assert found.ok, found.faults
-    assert len(found.points) == 2
+    assert len(found.points) == 1
     assert all(point.again is not fields for point in found.points)
     if not fields and wall["law"] == "lennard-jones-spline":
         for point in found.points:  # in double precision: rounding of transforms and differences
             assert point.found_of("residual of the gap") == pytest.approx(point.point.residual, rel=1e-2)
             assert point.found_of("load") == pytest.approx(point.point.load, abs=1e-12)
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of one state."""
+    return stored(tmp_path_factory.mktemp("sound"), loading=ONE)
 
 
 def forged(path: Path, name: str, change: Callable[[Real], Real]) -> Path:
@@ -66,8 +73,8 @@ def forged(path: Path, name: str, change: Callable[[Real], Real]) -> Path:
     lambda gap: gap[:, ::-1],
     lambda gap: np.float32(np.nan) * gap,
 ])  # fmt: skip
-def test_a_gap_that_was_forged_is_told(change: Callable[[Real], Real], tmp_path: Path) -> None:
-    found = c.certify(forged(stored(tmp_path), "gap", change))
+def test_a_gap_that_was_forged_is_told(change: Callable[[Real], Real], sound: Path) -> None:
+    found = c.certify(forged(sound, "gap", change))
     assert not found.ok
     assert all(any("residual" in fault for fault in point.faults) for point in found.points)
 
@@ -83,13 +90,13 @@ def other_values(value: float) -> tuple[float, ...]:
     """What may stand in the place of a number."""
     if np.isnan(value) or value == 0:
         return (1e-3, -1.0)
-    return (np.nan, *(factor * value for factor in (0.0, 0.1, 0.5, 0.99, 1.01, 1.9, -1.0)))
+    return (np.nan, *(factor * value for factor in (0.0, 0.99, 1.01, -1.0)))
 
 
 @pytest.mark.parametrize("given", [
     {"wall": {"law": "hard"}},
     {"solver.stability": True},
-    {"loading": {**LOADING, "targets": [0.05], "threshold": 0.02}},
+    {"loading": {**ONE, "threshold": 0.02}},
     {"substrate": {"response": "layer", "poisson": 0.3, "depth": 9.0, "mean": 0.05},
      "loading": {"control": "separation", "targets": [1.2]}},
     {"loading": {"control": "mean-pressure", "targets": [0.002]}},
@@ -98,7 +105,7 @@ def test_whatever_number_of_a_point_is_changed_is_told_or_listed_as_not_looked_a
     given: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of every dataset that the file has; near the threshold the load is small, and one per cent of it is told, too."""
-    path = stored(tmp_path, **{"loading": {**LOADING, "targets": [0.05]}, **given})
+    path = stored(tmp_path, **{"loading": ONE, **given})
     seen, checks_of = list[tuple[Any, ...]](), certify._checks
     with monkeypatch.context() as patch:
         patch.setattr(certify, "_checks", lambda *args: (seen.append(args), checks_of(*args))[1])
@@ -160,8 +167,11 @@ def test_a_saddle_has_a_displacement_along_which_the_energy_falls() -> None:
     assert far.value == pytest.approx(np.pi / 40, abs=1e-6)
 
 
-def test_the_command_certifies_a_sample_of_a_sweep(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    text = SMALL + '\n[sweep.axes]\n"surface.seed" = [1, 2, 3]\n'
+def test_the_command_certifies_a_sample_of_a_sweep(
+    sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = SMALL.replace("1.6, 1.4,\n           1.2", "1.4").replace("retract = true\n", "")
+    text += '\n[sweep.axes]\n"surface.seed" = [1, 2, 3]\n'
     (tmp_path / "sweep.toml").write_text(text)
     c.sweep(tmp_path / "sweep.toml", tmp_path / "out", workers=1)
     root = next((tmp_path / "out").rglob("sweep.toml")).parent
@@ -170,7 +180,7 @@ def test_the_command_certifies_a_sample_of_a_sweep(tmp_path: Path, capsys: pytes
     assert "states of 2 files" in out
     assert "2/2  files" in out
     assert "sound" in out
-    path = forged(stored(tmp_path), "load", lambda values: 2 * values)
+    path = forged(sound, "load", lambda values: 2 * values)
     assert main(["certify", str(path)]) == 1
     assert "is stored" in capsys.readouterr().err
 

@@ -26,97 +26,97 @@ def faults(path: Path) -> str:
     return str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "line", "key", "words"),
-    [
-        ("seed = 3", "sead = 3", 12, "surface.sead = 3", "did you mean seed"),
-        ("seed = 3", "seed = 1.5", 12, "surface.seed = 1.5", "whole number"),
-        ("seed = 3", 'seed = "3"', 12, 'surface.seed = "3"', "whole number"),
-        ("rms_slope = 0.1", "rms_slope = nan", 9, "surface.rms_slope = nan", "finite"),
-        ("rms_slope = 0.1", "rms_slope = inf", 9, "surface.rms_slope = inf", "finite"),
-        ("lambda_s = 6.0", "lambda_s = -6.0", 10, "surface.lambda_s = -6.0", "greater than 0"),
-        ("lambda_s = 6.0", "lambda_s = 1.9", 10, "surface.lambda_s = 1.9", "two spacings, 2 a0"),
-        ("lambda_L = 12.0", "lambda_L = 24.5", 11, "surface.lambda_L = 24.5", "at most the period, 24 a0"),
-        ("lambda_L = 12.0", "lambda_L = 5.0", 10, "surface.lambda_s = 6.0", "at most lambda_L"),
-        ("period = [24, 30]", "period = [24, 29.5]", 4, "grid.period = [24, 29.5]", "whole number of a0"),
-        ("n = [24, 30]", "n = [25, 30]", 3, "grid.n = [25, 30]", "multiple of the period"),
-        ("n = [24, 30]", "n = [24, 1]", 3, "grid.n = [24, 1]", "from 2"),
-        ("n = [24, 30]", "n = [0, 30]", 3, "grid.n = [0, 30]", "from 2"),
-        ("hurst = 0.8", "hurst = 1.2", 8, "surface.hurst = 1.2", "less than 1"),
-        ("adhesion_length = 0.005", "range = 3.5", 16, "wall.range = 3.5", "at most 3 in an input"),
-        ("adhesion_length = 0.005", "adhesion_length = 1", 16, "wall.adhesion_length = 1", "0.375"),
-        ("adhesion_length = 0.005", "adhesion_length = 0.1\nrange = 0.1", 16, "adhesion_length", "exactly one"),
-        ("adhesion_length = 0.005", "", 14, "wall.adhesion_length", "exactly one"),
-        ('kind = "self-affine"', 'kind = "selfaffine"', 7, 'surface.kind = "selfaffine"', 'mean "self-affine"'),
-        ('kind = "self-affine"', 'kind = "file"\npath = "no.npy"', 8, 'surface.path = "no.npy"', "existing file"),
-        (
-            'response = "half-space"',
-            'response = "crystal"\nc11 = 1\nc12 = 2\nc44 = 1',
-            21,
-            "substrate.c12 = 2",
-            "not stable",
-        ),
-        (
-            'response = "half-space"',
-            'response = "layered-half-space"\nlayers = [{thickness = 2, contact_modulus = 70, poisson = 0.3}]\n'
-            "base = {contact_modulus = 200, poisson = 0.3}",
-            20,
-            "substrate.layers",
-            "in E*: one is 1, or some are above and some below, not all from 70 to 200",
-        ),
-        (
-            'response = "half-space"',
-            'response = "layered-half-space"\nlayers = [{thickness = 2, contact_modulus = 1, poisson = 0.6}]\n'
-            "base = {contact_modulus = 2, poisson = 0.3}",
-            20,
-            "substrate.layers[0].poisson = 0.6",
-            "less than or equal to 0.5",
-        ),
-        (
-            'response = "half-space"\nmean = "clamped"',
-            'response = "non-periodic-half-space"',
-            22,
-            'loading.control = "mean-gap"',
-            "another control",
-        ),
-        (
-            'response = "half-space"',
-            'response = "non-periodic-half-space"',
-            20,
-            'substrate.mean = "clamped"',
-            "belongs to another kind",
-        ),
-        (
-            'law = "lennard-jones-spline"\nadhesion_length = 0.005',
-            'law = "hard"\nhardness = 0.05',
-            23,
-            'loading.control = "mean-gap"',
-            "an imprint changes the mean gap",
-        ),
-        (
-            'law = "lennard-jones-spline"\nadhesion_length = 0.005',
-            'law = "hard"\nhardness = -1',
-            16,
-            "wall.hardness = -1",
-            "greater than 0",
-        ),
-        ('mean = "clamped"', "", 18, "substrate.mean", "required"),
-        ('mean = "clamped"', 'mean = "clampd"', 20, 'substrate.mean = "clampd"', '"clamped", "free"'),
-        ("targets = [1.6, 1.4,\n           1.2]", "targets = [1.6,\n 1.8]", 24, "loading.targets", "decreasing"),
-        ("targets = [1.6, 1.4,\n           1.2]", "targets = {from = 1.6, to = 1.2}", 24, "targets", "a range: from"),
-        ("targets = [1.6, 1.4,\n           1.2]", "targets = [1.6,\n nan]", 25, "targets[1] = nan", "finite"),
-        ("retract = true", 'retract = "yes"', 26, 'loading.retract = "yes"', "true or false"),
-        ("fields = true", "[output.fields]", 29, "output.fields", "true or false"),
-    ],
-)
-def test_a_fault_is_named_with_its_place(small: Path, old: str, new: str, line: int, key: str, words: str) -> None:
-    assert old in SMALL
-    small.write_text(SMALL.replace(old, new))
-    message = faults(small)
-    assert f"{small}:{line}: " in message
-    assert key in message
-    assert words in message
-    assert "allowed:" in message
+FAULTS = [
+    ("seed = 3", "sead = 3", 12, "surface.sead = 3", "did you mean seed"),
+    ("seed = 3", "seed = 1.5", 12, "surface.seed = 1.5", "whole number"),
+    ("seed = 3", 'seed = "3"', 12, 'surface.seed = "3"', "whole number"),
+    ("rms_slope = 0.1", "rms_slope = nan", 9, "surface.rms_slope = nan", "finite"),
+    ("rms_slope = 0.1", "rms_slope = inf", 9, "surface.rms_slope = inf", "finite"),
+    ("lambda_s = 6.0", "lambda_s = -6.0", 10, "surface.lambda_s = -6.0", "greater than 0"),
+    ("lambda_s = 6.0", "lambda_s = 1.9", 10, "surface.lambda_s = 1.9", "two spacings, 2 a0"),
+    ("lambda_L = 12.0", "lambda_L = 24.5", 11, "surface.lambda_L = 24.5", "at most the period, 24 a0"),
+    ("lambda_L = 12.0", "lambda_L = 5.0", 10, "surface.lambda_s = 6.0", "at most lambda_L"),
+    ("period = [24, 30]", "period = [24, 29.5]", 4, "grid.period = [24, 29.5]", "whole number of a0"),
+    ("n = [24, 30]", "n = [25, 30]", 3, "grid.n = [25, 30]", "multiple of the period"),
+    ("n = [24, 30]", "n = [24, 1]", 3, "grid.n = [24, 1]", "from 2"),
+    ("n = [24, 30]", "n = [0, 30]", 3, "grid.n = [0, 30]", "from 2"),
+    ("hurst = 0.8", "hurst = 1.2", 8, "surface.hurst = 1.2", "less than 1"),
+    ("adhesion_length = 0.005", "range = 3.5", 16, "wall.range = 3.5", "at most 3 in an input"),
+    ("adhesion_length = 0.005", "adhesion_length = 1", 16, "wall.adhesion_length = 1", "0.375"),
+    ("adhesion_length = 0.005", "adhesion_length = 0.1\nrange = 0.1", 16, "adhesion_length", "exactly one"),
+    ("adhesion_length = 0.005", "", 14, "wall.adhesion_length", "exactly one"),
+    ('kind = "self-affine"', 'kind = "selfaffine"', 7, 'surface.kind = "selfaffine"', 'mean "self-affine"'),
+    ('kind = "self-affine"', 'kind = "file"\npath = "no.npy"', 8, 'surface.path = "no.npy"', "existing file"),
+    (
+        'response = "half-space"',
+        'response = "crystal"\nc11 = 1\nc12 = 2\nc44 = 1',
+        21,
+        "substrate.c12 = 2",
+        "not stable",
+    ),
+    (
+        'response = "half-space"',
+        'response = "layered-half-space"\nlayers = [{thickness = 2, contact_modulus = 70, poisson = 0.3}]\n'
+        "base = {contact_modulus = 200, poisson = 0.3}",
+        20,
+        "substrate.layers",
+        "in E*: one is 1, or some are above and some below, not all from 70 to 200",
+    ),
+    (
+        'response = "half-space"',
+        'response = "layered-half-space"\nlayers = [{thickness = 2, contact_modulus = 1, poisson = 0.6}]\n'
+        "base = {contact_modulus = 2, poisson = 0.3}",
+        20,
+        "substrate.layers[0].poisson = 0.6",
+        "less than or equal to 0.5",
+    ),
+    (
+        'response = "half-space"\nmean = "clamped"',
+        'response = "non-periodic-half-space"',
+        22,
+        'loading.control = "mean-gap"',
+        "another control",
+    ),
+    (
+        'response = "half-space"',
+        'response = "non-periodic-half-space"',
+        20,
+        'substrate.mean = "clamped"',
+        "belongs to another kind",
+    ),
+    (
+        'law = "lennard-jones-spline"\nadhesion_length = 0.005',
+        'law = "hard"\nhardness = 0.05',
+        23,
+        'loading.control = "mean-gap"',
+        "an imprint changes the mean gap",
+    ),
+    (
+        'law = "lennard-jones-spline"\nadhesion_length = 0.005',
+        'law = "hard"\nhardness = -1',
+        16,
+        "wall.hardness = -1",
+        "greater than 0",
+    ),
+    ('mean = "clamped"', "", 18, "substrate.mean", "required"),
+    ('mean = "clamped"', 'mean = "clampd"', 20, 'substrate.mean = "clampd"', '"clamped", "free"'),
+    ("targets = [1.6, 1.4,\n           1.2]", "targets = [1.6,\n 1.8]", 24, "loading.targets", "decreasing"),
+    ("targets = [1.6, 1.4,\n           1.2]", "targets = {from = 1.6, to = 1.2}", 24, "targets", "a range: from"),
+    ("targets = [1.6, 1.4,\n           1.2]", "targets = [1.6,\n nan]", 25, "targets[1] = nan", "finite"),
+    ("retract = true", 'retract = "yes"', 26, 'loading.retract = "yes"', "true or false"),
+    ("fields = true", "[output.fields]", 29, "output.fields", "true or false"),
+]
+
+
+def test_a_fault_is_named_with_its_place(small: Path) -> None:
+    for old, new, line, key, words in FAULTS:
+        assert old in SMALL
+        small.write_text(SMALL.replace(old, new))
+        message = faults(small)
+        assert f"{small}:{line}: " in message
+        assert key in message
+        assert words in message
+        assert "allowed:" in message
 
 
 def surface_faults(small: Path, surface: str) -> str:
@@ -131,33 +131,33 @@ def surface_faults(small: Path, surface: str) -> str:
 SPECTRUM = 'kind = "self-affine"\nhurst = 0.8\nlambda_s = 6.0\nlambda_L = 12.0\nseed = 3\n'
 
 
-@pytest.mark.parametrize(
-    ("surface", "key"),
-    [
-        (SPECTRUM + "rms_slope = 1e6", "rms_slope = 1000000.0"),
-        (SPECTRUM + "rms_slope = 1e-300", "rms_slope = 1e-300"),
-        (SPECTRUM + "rms_height = 1e6", "rms_height = 1000000.0"),
-        (SPECTRUM + "rms_height = 1e-300", "rms_height = 1e-300"),
-        ('kind = "sine"\namplitude = 1e6\nwaves = [1, 0]', "amplitude = 1000000.0"),
-        ('kind = "sine"\namplitude = 0.1\nwaves = [13, 0]', "waves = [13, 0]"),
-        ('kind = "sine"\namplitude = 0.1\nwaves = [1.5, 0]', "waves = [1.5, 0]"),
-        ('kind = "sphere"\nradius = 1e-3', "radius = 0.001"),
-        ('kind = "sphere"\nradius = 1e-320', "radius = 1e-320"),
-        ('kind = "cylinder"\nradius = 1e-3', "radius = 0.001"),
-        ('kind = "punch"\nflat_radius = 100.0\nedge_radius = 3.0', "flat_radius = 100.0"),
-        ('kind = "punch"\nflat_radius = 3.0\nedge_radius = 1e-3', "edge_radius = 0.001"),
-        ('kind = "file"\npath = "flat.npy"', 'path = "flat.npy"'),
-        ('kind = "file"\npath = "huge.npy"', 'path = "huge.npy"'),
-    ],
-)
-def test_a_fault_of_a_surface_is_at_the_key_that_is_wrong(small: Path, surface: str, key: str) -> None:
+FAULTS_OF_SURFACES = [
+    (SPECTRUM + "rms_slope = 1e6", "rms_slope = 1000000.0"),
+    (SPECTRUM + "rms_slope = 1e-300", "rms_slope = 1e-300"),
+    (SPECTRUM + "rms_height = 1e6", "rms_height = 1000000.0"),
+    (SPECTRUM + "rms_height = 1e-300", "rms_height = 1e-300"),
+    ('kind = "sine"\namplitude = 1e6\nwaves = [1, 0]', "amplitude = 1000000.0"),
+    ('kind = "sine"\namplitude = 0.1\nwaves = [13, 0]', "waves = [13, 0]"),
+    ('kind = "sine"\namplitude = 0.1\nwaves = [1.5, 0]', "waves = [1.5, 0]"),
+    ('kind = "sphere"\nradius = 1e-3', "radius = 0.001"),
+    ('kind = "sphere"\nradius = 1e-320', "radius = 1e-320"),
+    ('kind = "cylinder"\nradius = 1e-3', "radius = 0.001"),
+    ('kind = "punch"\nflat_radius = 100.0\nedge_radius = 3.0', "flat_radius = 100.0"),
+    ('kind = "punch"\nflat_radius = 3.0\nedge_radius = 1e-3', "edge_radius = 0.001"),
+    ('kind = "file"\npath = "flat.npy"', 'path = "flat.npy"'),
+    ('kind = "file"\npath = "huge.npy"', 'path = "huge.npy"'),
+]
+
+
+def test_a_fault_of_a_surface_is_at_the_key_that_is_wrong(small: Path) -> None:
     """Whatever made a slope impossible, "kind" was blamed for it."""
-    rough = np.random.default_rng(1).normal(size=(24, 30))
-    for name, factor in (("flat", 0.0), ("huge", 1e200)):
-        np.save(small.parent / f"{name}.npy", factor * rough)
-    message = surface_faults(small, surface)
-    assert f"surface.{key}\n" in message
-    assert message.count("allowed:") == 1
+    for surface, key in FAULTS_OF_SURFACES:
+        rough = np.random.default_rng(1).normal(size=(24, 30))
+        for name, factor in (("flat", 0.0), ("huge", 1e200)):
+            np.save(small.parent / f"{name}.npy", factor * rough)
+        message = surface_faults(small, surface)
+        assert f"surface.{key}\n" in message
+        assert message.count("allowed:") == 1
 
 
 def test_a_range_of_targets_is_the_list_of_its_values(tmp_path: Path) -> None:

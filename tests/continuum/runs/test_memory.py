@@ -69,31 +69,29 @@ def test_what_slurm_never_says_is_one_message_and_nothing_is_written(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    ("groups", "limits", "limit"),
-    [
-        ("0::/\n", {"memory.max": "123\n"}, 123),  # a container sees its own group as the root
-        ("0::/\n", {"memory.max": "max\n"}, np.inf),
-        ("0::/slurm/job_7/step_0\n", {"slurm/job_7/memory.max": "500", "slurm/job_7/step_0/memory.max": "max"}, 500),
-        ("0::/a/b/c\n", {"a/memory.max": "300", "a/b/memory.max": "900", "a/b/c/memory.max": "400"}, 300),
-        ("0::/a/b\n", {"a/b/c/memory.max": "1", "x/memory.max": "2"}, np.inf),  # neither its own, nor above it
-        ("0::/a\n", {"unified/a/memory.max": "77"}, 77),
-        (
-            "4:memory:/slurm/uid_0/job_7\n1:cpu:/\n0::/\n",
-            {
-                "memory/slurm/uid_0/job_7/memory.limit_in_bytes": "800",
-                "memory/memory.limit_in_bytes": str(2**63 - 4096),
-            },
-            800,
-        ),
-        ("9:cpuset,memory:/out/of/sight\n", {"memory/memory.limit_in_bytes": "600"}, 600),
-        ("4:memory:/a\n", {"memory/a/memory.limit_in_bytes": str(2**63 - 4096)}, 2.0**63 - 4096),
-    ],
-)
-def test_the_lowest_limit_of_all_groups_around_a_process_holds(
-    tmp_path: Path, groups: str, limits: dict[str, str], limit: float
-) -> None:
-    assert cgroup_limit(machine(tmp_path, groups, limits)) == limit
+GROUPS = [
+    ("0::/\n", {"memory.max": "123\n"}, 123),  # a container sees its own group as the root
+    ("0::/\n", {"memory.max": "max\n"}, np.inf),
+    ("0::/slurm/job_7/step_0\n", {"slurm/job_7/memory.max": "500", "slurm/job_7/step_0/memory.max": "max"}, 500),
+    ("0::/a/b/c\n", {"a/memory.max": "300", "a/b/memory.max": "900", "a/b/c/memory.max": "400"}, 300),
+    ("0::/a/b\n", {"a/b/c/memory.max": "1", "x/memory.max": "2"}, np.inf),  # neither its own, nor above it
+    ("0::/a\n", {"unified/a/memory.max": "77"}, 77),
+    (
+        "4:memory:/slurm/uid_0/job_7\n1:cpu:/\n0::/\n",
+        {
+            "memory/slurm/uid_0/job_7/memory.limit_in_bytes": "800",
+            "memory/memory.limit_in_bytes": str(2**63 - 4096),
+        },
+        800,
+    ),
+    ("9:cpuset,memory:/out/of/sight\n", {"memory/memory.limit_in_bytes": "600"}, 600),
+    ("4:memory:/a\n", {"memory/a/memory.limit_in_bytes": str(2**63 - 4096)}, 2.0**63 - 4096),
+]
+
+
+def test_the_lowest_limit_of_all_groups_around_a_process_holds(tmp_path: Path) -> None:
+    for groups, limits, limit in GROUPS:
+        assert cgroup_limit(machine(tmp_path, groups, limits)) == limit
 
 
 def test_a_machine_without_control_groups_has_its_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,6 @@ import importlib
 import tracemalloc
 from collections.abc import Callable, Iterator
 from functools import partial
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from continuum.model.grid import Grid
 from continuum.model.open_boundary import OpenBoundary
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
-from continuum.model.walls import LennardJonesSpline, Wall
+from continuum.model.walls import LennardJonesSpline
 from continuum.solve.arrays import back_end as arrays
 from continuum.solve.arrays import passes
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
@@ -84,15 +83,15 @@ def both(find: Callable[[str], Solution]) -> None:
 # --- laws ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("wall", WALLS.values(), ids=WALLS.keys())
-def test_a_law_is_that_of_compiled_code(wall: Wall, library: Library) -> None:
-    law = wall.law
-    gap = np.concatenate([np.linspace(-1.0, 3.0, 2000), law.parameters[1:-1], [1.0, 0.0, 50.0]]).reshape(1, -1)
-    there = passes.DeviceLaw.on(library, law)
-    found = there.formula(library.xp, library.put(gap), there.parameters)
-    for one, other in zip(found, laws.evaluate(law, gap), strict=True):
-        # A few roundings of the largest of the terms that cancel.
-        np.testing.assert_allclose(library.get(one), other, rtol=1e-12, atol=1e-14 * np.abs(other).max())
+def test_a_law_is_that_of_compiled_code(library: Library) -> None:
+    for wall in WALLS.values():
+        law = wall.law
+        gap = np.concatenate([np.linspace(-1.0, 3.0, 2000), law.parameters[1:-1], [1.0, 0.0, 50.0]]).reshape(1, -1)
+        there = passes.DeviceLaw.on(library, law)
+        found = there.formula(library.xp, library.put(gap), there.parameters)
+        for one, other in zip(found, laws.evaluate(law, gap), strict=True):
+            # A few roundings of the largest of the terms that cancel.
+            np.testing.assert_allclose(library.get(one), other, rtol=1e-12, atol=1e-14 * np.abs(other).max())
 
 
 def test_every_kind_of_law_was_looked_at() -> None:
@@ -122,7 +121,7 @@ ODD = (33, 35)
 @pytest.mark.usefixtures("alike")
 @pytest.mark.parametrize(
     ("name", "shape"),
-    [*((name, ODD) for name in RESPONSES), *product(("half-space", "half-space, free"), ((64, 64), (1, 128)))],
+    [*((name, ODD) for name in RESPONSES), ("half-space", (1, 128)), ("half-space, free", (64, 64))],
 )
 def test_so_it_is_on_every_substrate(name: str, shape: tuple[int, int]) -> None:
     """A substrate is its stiffnesses, those of the means apart: of a finite and an infinite one on other grids too."""
@@ -131,8 +130,9 @@ def test_so_it_is_on_every_substrate(name: str, shape: tuple[int, int]) -> None:
     mean = {"mean_stiffness": max(float(K[0, 0]), 0.05)}
     soft, hard = {"lift": 1.2, "pressure": 0.02, **mean}, {"lift": 0.3, "pressure": 0.05, **mean}
     both(lambda device: Solver(grid, K, 1, device).minimise(law, h, None, Settings(1e-8), **soft))
-    both(lambda device: Solver(grid, K, 1, device).constrain(h, None, Settings(1e-8), **hard, most=0.1))
     both(lambda device: Solver(grid, K, 1, device).constrain(h, h + 0.5, Settings(1e-8), **hard))
+    if name.startswith("half-space"):
+        both(lambda device: Solver(grid, K, 1, device).constrain(h, None, Settings(1e-8), **hard, most=0.1))
 
 
 @pytest.mark.usefixtures("alike")

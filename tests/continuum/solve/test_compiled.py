@@ -6,8 +6,6 @@ import inspect
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from continuum.model import laws
 from continuum.solve.compiled import compiling as compiled
 from continuum.solve.compiled import extending, near_field, points, pressing, sweeps, tractions
@@ -26,29 +24,29 @@ def test_there_are_sweeps() -> None:
     assert len(KERNELS) >= 50
 
 
-@pytest.mark.parametrize("name", KERNELS)
-def test_a_sweep_calls_compiled_code_of_its_own_file_and_of_the_named_sources_only(name: str) -> None:
+def test_a_sweep_calls_compiled_code_of_its_own_file_and_of_the_named_sources_only() -> None:
     """numba's cache looks at its own file; the name of that in the cache has the digest of the others."""
-    kernel = KERNELS[name]
-    file = kernel._cache._impl.filename_base
-    assert file.split("-")[1].startswith(compiled.digest(compiled.SOURCES)), file
-    seen, todo = set(), [kernel.py_func]
-    while todo:
-        function = todo.pop()
-        for used in set(function.__code__.co_names) - seen:
-            seen.add(used)
-            value = function.__globals__.get(used)
-            if hasattr(value, "py_func"):
-                source = Path(inspect.getfile(value.py_func))
-                assert source in (Path(inspect.getfile(kernel.py_func)), *compiled.SOURCES)
-                if source not in compiled.SOURCES:
-                    todo.append(value.py_func)
-            elif used == "TILE":
-                assert value == compiled.TILE
-            elif f"\n{used} = " in inspect.getsource(inspect.getmodule(function)):
-                assert isinstance(value, int | float)  # of the file that numba looks at
-            else:
-                assert value is None or inspect.ismodule(value), used
+    for name in KERNELS:
+        kernel = KERNELS[name]
+        file = kernel._cache._impl.filename_base
+        assert file.split("-")[1].startswith(compiled.digest(compiled.SOURCES)), file
+        seen, todo = set(), [kernel.py_func]
+        while todo:
+            function = todo.pop()
+            for used in set(function.__code__.co_names) - seen:
+                seen.add(used)
+                value = function.__globals__.get(used)
+                if hasattr(value, "py_func"):
+                    source = Path(inspect.getfile(value.py_func))
+                    assert source in (Path(inspect.getfile(kernel.py_func)), *compiled.SOURCES)
+                    if source not in compiled.SOURCES:
+                        todo.append(value.py_func)
+                elif used == "TILE":
+                    assert value == compiled.TILE
+                elif f"\n{used} = " in inspect.getsource(inspect.getmodule(function)):
+                    assert isinstance(value, int | float)  # of the file that numba looks at
+                else:
+                    assert value is None or inspect.ismodule(value), used
 
 
 def test_types_that_a_sweep_is_given_stand_in_the_named_sources() -> None:

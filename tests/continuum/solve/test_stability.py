@@ -28,19 +28,19 @@ def flat(grid: Grid, wall: Wall = WALL) -> ContactProblem:
     return ContactProblem(grid, wall, np.zeros(grid.shape), HalfSpace())
 
 
-@pytest.mark.parametrize("shape", [(64, 64), (33, 20)])
-@pytest.mark.parametrize("gap", [1.02, 1.2, 3.0])
-@pytest.mark.parametrize("mean", [np.inf, 0.0, 0.02])
-def test_flat_surfaces_have_the_spectrum_of_the_substrate(shape: tuple[int, int], gap: float, mean: float) -> None:
+def test_flat_surfaces_have_the_spectrum_of_the_substrate() -> None:
     """K_q + φ'' for each wave, and K_0 + φ'' where the mean may move."""
-    problem = flat(Grid(shape, (float(shape[0]), float(shape[1]))))
-    softening = float(WALL.evaluate(np.array(gap)).stiffness)
-    lowest = min(np.pi / max(shape), mean) + softening
-    found = stability(problem.grid, problem.stiffness_q, np.full(shape, softening), mean)
-    assert found.eigenvalue == pytest.approx(lowest, abs=1e-6)
-    assert abs(found.eigenvalue - lowest) <= found.error + 1e-12
-    assert found.is_saddle == (lowest < 0)
-    assert np.mean(found.mode**2) == pytest.approx(1)
+    for mean in [np.inf, 0.0, 0.02]:
+        for gap in [1.02, 1.2, 3.0]:
+            for shape in [(64, 64), (33, 20)]:
+                problem = flat(Grid(shape, (float(shape[0]), float(shape[1]))))
+                softening = float(WALL.evaluate(np.array(gap)).stiffness)
+                lowest = min(np.pi / max(shape), mean) + softening
+                found = stability(problem.grid, problem.stiffness_q, np.full(shape, softening), mean)
+                assert found.eigenvalue == pytest.approx(lowest, abs=1e-6)
+                assert abs(found.eigenvalue - lowest) <= found.error + 1e-12
+                assert found.is_saddle == (lowest < 0)
+                assert np.mean(found.mode**2) == pytest.approx(1)
 
 
 @pytest.mark.parametrize("adhesion_length", [0.005, 0.05])

@@ -16,13 +16,13 @@ from tests.problems import Rough, hessian_product
 SETTINGS = Settings(1e-10)
 
 
-@pytest.mark.parametrize("gap", [0.9, 1.02, 1.1, 3.0])
-@pytest.mark.parametrize("mean", ["clamped", "free", 0.02])
-def test_a_flat_surface_is_as_stiff_as_the_wall(gap: float, mean: float | str) -> None:
-    grid, wall = Grid((15, 20), (15.0, 20.0)), LennardJonesSpline(0.3)
-    assert wall.law is not None
-    found = tangent_stiffness(grid, HalfSpace(mean=mean).stiffness(grid), wall.law, np.full(grid.shape, gap))
-    assert found == pytest.approx(float(wall.evaluate(np.array(gap)).stiffness), abs=1e-12)
+def test_a_flat_surface_is_as_stiff_as_the_wall() -> None:
+    for mean in ["clamped", "free", 0.02]:
+        for gap in [0.9, 1.02, 1.1, 3.0]:
+            grid, wall = Grid((15, 20), (15.0, 20.0)), LennardJonesSpline(0.3)
+            assert wall.law is not None
+            found = tangent_stiffness(grid, HalfSpace(mean=mean).stiffness(grid), wall.law, np.full(grid.shape, gap))
+            assert found == pytest.approx(float(wall.evaluate(np.array(gap)).stiffness), abs=1e-12)
 
 
 @pytest.mark.parametrize("adhesion_length", [0.0, 0.005, 0.05])

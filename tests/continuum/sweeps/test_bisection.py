@@ -146,49 +146,47 @@ def test_any_numbers_make_a_search_that_ends_or_are_refused(numbers: dict[str, A
     assert Bisection.of(one.key, one.table) == one
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "says"),
-    [
-        ("bisect", '"lod"', "did you mean load?"),
-        ("bisect", '"happiness at 1 %"', "the columns are step, converged"),
-        ("bisect", '"load at one percent"', "a column of the table, as"),
-        ("bisect", '"load at most"', "a number after at, which is a target of the path, not most"),
-        ("bisect", '"load at nan"', "a number after at"),
-        ("bisect", "3", "a column of the table, as"),
-        ("bisect", '"load at 1.3"', "a column at a target of the path: 1.6, 1.4, 1.2"),
-        ("bisect", None, "sweep.axes.wall.adhesion_length.bisect is not given"),
-        ("from", None, "lower end of the values to search"),
-        ("from", '"0.1"', "a number in quotes"),
-        ("from", "0.0", 'a number above 0, or scale = "linear"'),
-        ("from", "0.03", "the ends exchanged"),
-        ("from", "true", "a number (lower end"),
-        ("to", None, "upper end of the values to search"),
-        ("to", "inf", "a number (upper end"),
-        ("to", "1e200", "a number (upper end"),
-        ("to", "0.002", "upper end of the values to search, above from"),
-        ("tolerance", None, "this key is required"),
-        ("tolerance", "0.0", "from 1e-6 to 0.5"),
-        ("tolerance", "2", "from 1e-6 to 0.5"),
-        ("crosses", "nan", "a number (value that the column crosses"),
-        ("scale", '"Log"', 'did you mean "log"?'),
-        ("scale", "[]", '"log" or "linear"'),
-        ("tolerence", "0.1", "did you mean tolerance?"),
-    ],
-)
-@pytest.mark.parametrize("quoted", [True, False])
-def test_a_faulty_key_of_a_search_is_named_with_its_line(
-    tmp_path: Path, key: str, value: str | None, says: str, quoted: bool, capsys: pytest.CaptureFixture[str]
-) -> None:
-    keys = {"bisect": '"load at 1.4"', "from": "0.002", "to": "0.02", "tolerance": "0.1", key: value}
-    table = ", ".join(f"{name} = {text}" for name, text in keys.items() if text is not None)
-    name = '"wall.adhesion_length"' if quoted else "wall.adhesion_length"
-    path = tmp_path / "many.toml"
-    path.write_text(f"{SMALL}[sweep.axes]\n{name} = {{ {table} }}\n")
-    assert main(["sweep", "run", str(path), "-o", str(tmp_path / "out")]) == 2
-    said = capsys.readouterr().err
-    assert says in said
-    assert f"{path}:{len(path.read_text().splitlines())}: sweep.axes.wall.adhesion_length" in said
-    assert not (tmp_path / "out").exists()
+FAULTY = [
+    ("bisect", '"lod"', "did you mean load?"),
+    ("bisect", '"happiness at 1 %"', "the columns are step, converged"),
+    ("bisect", '"load at one percent"', "a column of the table, as"),
+    ("bisect", '"load at most"', "a number after at, which is a target of the path, not most"),
+    ("bisect", '"load at nan"', "a number after at"),
+    ("bisect", "3", "a column of the table, as"),
+    ("bisect", '"load at 1.3"', "a column at a target of the path: 1.6, 1.4, 1.2"),
+    ("bisect", None, "sweep.axes.wall.adhesion_length.bisect is not given"),
+    ("from", None, "lower end of the values to search"),
+    ("from", '"0.1"', "a number in quotes"),
+    ("from", "0.0", 'a number above 0, or scale = "linear"'),
+    ("from", "0.03", "the ends exchanged"),
+    ("from", "true", "a number (lower end"),
+    ("to", None, "upper end of the values to search"),
+    ("to", "inf", "a number (upper end"),
+    ("to", "1e200", "a number (upper end"),
+    ("to", "0.002", "upper end of the values to search, above from"),
+    ("tolerance", None, "this key is required"),
+    ("tolerance", "0.0", "from 1e-6 to 0.5"),
+    ("tolerance", "2", "from 1e-6 to 0.5"),
+    ("crosses", "nan", "a number (value that the column crosses"),
+    ("scale", '"Log"', 'did you mean "log"?'),
+    ("scale", "[]", '"log" or "linear"'),
+    ("tolerence", "0.1", "did you mean tolerance?"),
+]
+
+
+def test_a_faulty_key_of_a_search_is_named_with_its_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for quoted in [True, False]:
+        for key, value, says in FAULTY:
+            keys = {"bisect": '"load at 1.4"', "from": "0.002", "to": "0.02", "tolerance": "0.1", key: value}
+            table = ", ".join(f"{name} = {text}" for name, text in keys.items() if text is not None)
+            name = '"wall.adhesion_length"' if quoted else "wall.adhesion_length"
+            path = tmp_path / "many.toml"
+            path.write_text(f"{SMALL}[sweep.axes]\n{name} = {{ {table} }}\n")
+            assert main(["sweep", "run", str(path), "-o", str(tmp_path / "out")]) == 2
+            said = capsys.readouterr().err
+            assert says in said
+            assert f"{path}:{len(path.read_text().splitlines())}: sweep.axes.wall.adhesion_length" in said
+            assert not (tmp_path / "out").exists()
 
 
 def test_all_faults_of_a_search_are_named_at_once(tmp_path: Path) -> None:
@@ -203,38 +201,38 @@ def test_all_faults_of_a_search_are_named_at_once(tmp_path: Path) -> None:
     assert set(KEYS) >= {"bisect", "from", "to", "tolerance", "crosses", "scale"}
 
 
-@pytest.mark.parametrize(
-    ("sweep", "given", "says"),
-    [
-        ('[sweep.axes]\n"wall.adhesion_length" = A\n"surface.rms_slope" = A\n', "", "one search: "),
-        ('[[sweep.zipped]]\n"wall.adhesion_length" = A\n"surface.seed" = [1]\n', "",
-         "which belongs in [sweep.axes], not among"),
-        ('[sweep.axes]\n"wall.adhesion_length" = A\n[[sweep.zipped]]\n"wall.adhesion_length" = [1.0]\n', "",
-         "wall.adhesion_length is on several"),
-        ('[sweep.axes]\n"wall.adhesion_length" = A\n"wall" = [{law = "hard"}]\n', "",
-         "wall holds wall.adhesion_length"),
-        ('[sweep.axes]\n"surface.seed" = B\n', "", "surface.seed = 2.0"),
-        ('[sweep.axes]\n"surface.kind" = A\n', "", "surface.kind = 0.002"),
-        ('[sweep]\nkeep = ["adhesion_length < 0.01"]\n[sweep.axes]\n"wall.adhesion_length" = A\n', "",
-         "conditions on both ends of a search alike"),
-        ('[sweep.axes]\n"wall.adhesion_length" = A\n', "wall.adhesion_length={bisect='lod',from=1,to=2}",
-         'sweep.axes.wall.adhesion_length.bisect = "lod"\n    allowed: a column'),
-        ('[sweep.axes]\n"wall.adhesion_length" = A\n"surface.rms_slope" = [0.1]\n', "surface.rms_slope=A",
-         "one search: wall.adhesion_length and surface.rms_slope"),
-        ('[sweep.axes]\n"wall.adhesion_length" = A\n', "wall={law='hard'}", "values for the axis wall.adhesion_length"),
-        ('[[sweep.zipped]]\n"surface.rms_slope" = [0.1]\n"surface.seed" = [1]\n', "surface.rms_slope=A",
-         "one of step, factor and count"),
-    ],
-)  # fmt: skip
+UNSUITED = [
+    ('[sweep.axes]\n"wall.adhesion_length" = A\n"surface.rms_slope" = A\n', "", "one search: "),
+    ('[[sweep.zipped]]\n"wall.adhesion_length" = A\n"surface.seed" = [1]\n', "",
+     "which belongs in [sweep.axes], not among"),
+    ('[sweep.axes]\n"wall.adhesion_length" = A\n[[sweep.zipped]]\n"wall.adhesion_length" = [1.0]\n', "",
+     "wall.adhesion_length is on several"),
+    ('[sweep.axes]\n"wall.adhesion_length" = A\n"wall" = [{law = "hard"}]\n', "",
+     "wall holds wall.adhesion_length"),
+    ('[sweep.axes]\n"surface.seed" = B\n', "", "surface.seed = 2.0"),
+    ('[sweep.axes]\n"surface.kind" = A\n', "", "surface.kind = 0.002"),
+    ('[sweep]\nkeep = ["adhesion_length < 0.01"]\n[sweep.axes]\n"wall.adhesion_length" = A\n', "",
+     "conditions on both ends of a search alike"),
+    ('[sweep.axes]\n"wall.adhesion_length" = A\n', "wall.adhesion_length={bisect='lod',from=1,to=2}",
+     'sweep.axes.wall.adhesion_length.bisect = "lod"\n    allowed: a column'),
+    ('[sweep.axes]\n"wall.adhesion_length" = A\n"surface.rms_slope" = [0.1]\n', "surface.rms_slope=A",
+     "one search: wall.adhesion_length and surface.rms_slope"),
+    ('[sweep.axes]\n"wall.adhesion_length" = A\n', "wall={law='hard'}", "values for the axis wall.adhesion_length"),
+    ('[[sweep.zipped]]\n"surface.rms_slope" = [0.1]\n"surface.seed" = [1]\n', "surface.rms_slope=A",
+     "one of step, factor and count"),
+]  # fmt: skip
+
+
 def test_a_search_that_does_not_suit_the_sweep_is_one_message(
-    tmp_path: Path, sweep: str, given: str, says: str, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    table = '{ bisect = "load at 1.4", from = 0.002, to = 0.02, tolerance = 0.1 }'
-    path = tmp_path / "many.toml"
-    path.write_text(
-        SMALL
-        + sweep.replace("= A", f"= {table}").replace("= B", f"= {table.replace('0.002', '2').replace('0.02', '9')}")
-    )
-    settings = ["--set", given.replace("=A", f"={table}")] if given else []
-    assert main(["check", str(path), *settings]) == 2
-    assert says in capsys.readouterr().err
+    for sweep, setting, says in UNSUITED:
+        table = '{ bisect = "load at 1.4", from = 0.002, to = 0.02, tolerance = 0.1 }'
+        path = tmp_path / "many.toml"
+        path.write_text(
+            SMALL
+            + sweep.replace("= A", f"= {table}").replace("= B", f"= {table.replace('0.002', '2').replace('0.02', '9')}")
+        )
+        settings = ["--set", setting.replace("=A", f"={table}")] if setting else []
+        assert main(["check", str(path), *settings]) == 2
+        assert says in capsys.readouterr().err

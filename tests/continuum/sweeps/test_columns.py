@@ -200,36 +200,36 @@ def test_a_search_can_be_along_a_column_of_ones_own(tmp_path: Path) -> None:
         run(path, root)
 
 
-@pytest.mark.parametrize(
-    ("columns", "mine", "said"),
-    [
-        ('half = "none.py"', MINE, "none.py cannot be read: No such file"),
-        ('half = "mine.txt"', MINE, 'a Python file, beside the input, as "mine.py"'),
-        ('half = "mine.py"', "def half(:\n", "SyntaxError"),
-        ('half = "mine.py"', "import nothing_of_this_name\n", "ModuleNotFoundError"),
-        ('half = "mine.py"', "raise SystemExit(3)\n", "SystemExit: 3"),
-        ('double = "mine.py"', MINE, "has no function double; did you mean doubled?"),
-        ('SCALE = "mine.py"', MINE, "has no function SCALE"),
-        (
-            'half = "mine.py"',
-            "import threading\nlock = threading.Lock()\ndef half(result):\n    return lock\n",
-            "sent to other processes",
-        ),
-        ('load = "mine.py:doubled"', MINE, "the table has a column of this name"),
-        ('load_error = "mine.py:doubled"', MINE, "the table has a column of this name, or makes one"),
-        ('"no name" = "mine.py:doubled"', MINE, "a name of letters, digits and _"),
-        ('half = "a function of Python"', MINE, "its function was given in Python"),
-    ],
-)
+WRONG = [
+    ('half = "none.py"', MINE, "none.py cannot be read: No such file"),
+    ('half = "mine.txt"', MINE, 'a Python file, beside the input, as "mine.py"'),
+    ('half = "mine.py"', "def half(:\n", "SyntaxError"),
+    ('half = "mine.py"', "import nothing_of_this_name\n", "ModuleNotFoundError"),
+    ('half = "mine.py"', "raise SystemExit(3)\n", "SystemExit: 3"),
+    ('double = "mine.py"', MINE, "has no function double; did you mean doubled?"),
+    ('SCALE = "mine.py"', MINE, "has no function SCALE"),
+    (
+        'half = "mine.py"',
+        "import threading\nlock = threading.Lock()\ndef half(result):\n    return lock\n",
+        "sent to other processes",
+    ),
+    ('load = "mine.py:doubled"', MINE, "the table has a column of this name"),
+    ('load_error = "mine.py:doubled"', MINE, "the table has a column of this name, or makes one"),
+    ('"no name" = "mine.py:doubled"', MINE, "a name of letters, digits and _"),
+    ('half = "a function of Python"', MINE, "its function was given in Python"),
+]
+
+
 def test_what_is_wrong_with_a_column_is_one_message_and_nothing_is_written(
-    columns: str, mine: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = described(tmp_path, columns, mine=mine)
-    assert main(["sweep", "run", str(path), "-o", str(tmp_path / "out")]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith(f"{path}: 1 fault")
-    assert said in error
-    assert not (tmp_path / "out").exists()
+    for columns, mine, said in WRONG:
+        path = described(tmp_path, columns, mine=mine)
+        assert main(["sweep", "run", str(path), "-o", str(tmp_path / "out")]) == 2
+        error = capsys.readouterr().err
+        assert error.startswith(f"{path}: 1 fault")
+        assert said in error
+        assert not (tmp_path / "out").exists()
 
 
 def test_all_files_that_cannot_be_used_are_named_at_once(tmp_path: Path) -> None:
