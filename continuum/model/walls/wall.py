@@ -175,15 +175,12 @@ class Wall(Description):
         if self.work_of_adhesion <= 0:
             return 0.0
         unit = self.work_of_adhesion / self.largest_tension  # an integral to infinity has to know where to look
-        zero, law, gap, response = self.zero_gap, self.law, np.empty(1), np.empty((3, 1))
-        assert law is not None
+        cutoff = (self.reach - self.zero_gap) / unit
 
         def attraction(x: float) -> float:
-            gap[0] = zero + unit * x
-            laws.respond(law.kind, gap, law.parameters, response)
-            return -float(response[1, 0])
+            return -float(self.evaluate(np.array(self.zero_gap + unit * x)).traction)
 
-        return unit * paper.effective_range(attraction, (self.reach - zero) / unit)
+        return unit * paper.effective_range(attraction, cutoff)
 
     @cached_property
     def largest_tension(self) -> float:
