@@ -148,7 +148,7 @@ def test_the_energy_falls_to_that_of_the_state(monkeypatch: pytest.MonkeyPatch) 
 def test_directions_solve_the_linear_problem_and_steps_go_to_the_minimum_along_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """(1 + φ'' G) t = p(z) - f to a part of it, w = G t, and along them the energy falls to where its slope is small."""
+    """(1 + φ'' G) t = p(z) - f to a part of it, w = G t, and along these the energy falls to where it is about flat."""
     find, descend, advance = (getattr(corrections._Tiles, name) for name in ("_find_direction", "_descend", "_advance"))
     left, slopes, trials = list[float](), list[float](), list[int]()
 
