@@ -52,14 +52,17 @@ MESSAGES = {"msg", "allowed", "VERSION", "example"}
 """Names of texts that say what is wrong, of formats of files and of examples of an input; numbers there, and in what is
 raised, change no result."""
 COSTS = {
-    "_PADDING", "_ROWS", "TILE", "_WORTH_THREADS", "SMALL",  # how much at once
-    "COARSE_LIMIT", "COARSE_ITERATIONS", "ITERATIONS", "HALVINGS", "VERIFICATIONS", "ATTEMPTS",  # how often at most
+    "_PADDING", "_ROWS", "TILE", "_WORTH_THREADS", "SMALL", "_FIELDS",  # how much at once
+    "COARSE_LIMIT", "COARSE_ITERATIONS", "ITERATIONS", "HALVINGS", "VERIFICATIONS", "ATTEMPTS", "NEWTON",
+    # how often at most
     "_BULK_STEPS", "_SURFACE_STEPS", "_SETTLING", "_SEED", "_MOST_PIECES", "_RELAXING", "PATIENCE", "_LOOK",
-    "PIECES", "_KNOTS", "_NODES", "at_once",  # how finely
+    "PIECES", "_KNOTS", "_NODES", "_DIRECTIONS", "at_once",  # how finely
     "SMOOTH", "STIFF_SMOOTH", "COARSE_TOLERANCES", "COARSE_REDUCTION", "MISSED", "BEYOND", "SLOW", "LOOSE", "STALE",
     "CLOSE", "SNAPS", "NEWTON_STEPS", "TRIALS", "SLOPE_ACCEPTED", "SLOPE_REDUCTION", "BOX_TOLERANCE", "BOX_ITERATIONS",
-    "SHORT_WAVES", "MOST_SMOOTH", "SMALL_SHARE", "MARGIN", "FEWEST", "LEAST",
+    "SHORT_WAVES", "MOST_SMOOTH", "SMALL_SHARE", "MARGIN", "FEWEST", "LEAST", "SMALLEST", "LEVELS",
+    "SPACING", "FARTHER",
     # by which way a solve goes to its tolerance
+    "THICK", "OPAQUE", "FAR",  # from where on another formula gives the same digits
     "guess", "volumes",  # about where a crystal is looked for, which is there or an error is raised
 }  # fmt: skip
 """Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
