@@ -73,6 +73,7 @@ def test_words_under_a_bound(most: float, mean: float) -> None:
     near[3:20, 5:40] = rng.random((17, 35)) < 0.4  # columns beside them have nothing near by
     near[30, 66] = True
     both.say("set_problem", random[0], None, lift=0.3, sink=0.1, mean_stiffness=mean, most=most)
+    assert {each.work[1:] for each in (both.compiled, both.plain)} == {(0.0, 0, 0.0)}
     pressure, gap = np.minimum(near * rng.random(GRID.shape), most), np.where(near, random[1], np.abs(random[1]) + 0.1)
     gap[10:12, 20:40] = -0.2
     both.put(p=pressure, z=gap, t=np.where(pressure > 0, random[2], 0.0), change=random[0] ** 2, m=random[1] ** 2)
@@ -136,6 +137,7 @@ def test_words_of_a_smooth_energy(mean: float, levels: int) -> None:
     start[25:, 64:] += 30.0
     pressure = 0.03 if np.isfinite(mean) else 0.0
     both.say("set_problem", LAW, offset, start, lift=1.1, pressure=pressure, mean_stiffness=mean)
+    assert {each[1:] for grid in (both.compiled, both.plain) for each in grid.work} == {(0.0, 0, 0.0)}
     both.say("go_to_start", look=["z", "traction"])
     spectra(both, "g")
     alpha, beta = 0.0, 0.0
@@ -163,6 +165,11 @@ def test_words_of_a_smooth_energy(mean: float, levels: int) -> None:
         both.say("move", 0.015, 0.035, look=["z", "traction"])
         alpha, beta = 0.035, after
     assert both.compiled.trials == both.plain.trials == 8
+    (finest, *coarser), (other, *others) = both.compiled.work, both.plain.work
+    # A spectrum that is complete is not transformed by whole arrays, nor is one way counted that a move makes anew.
+    assert (finest.fft_pairs, other.fft_pairs) == (7.0, 4.5)
+    assert [each[:3] for each in coarser] == [each[:3] for each in others]
+    assert not any(each.fft_seconds for each in both.plain.work)
     assert both.compiled.near[:, 0].all()
     np.testing.assert_array_equal(both.compiled.near[:, 1], np.arange(40) < 25)
     assert both.say("residual") > 0
