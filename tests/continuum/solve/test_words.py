@@ -166,7 +166,7 @@ def test_words_of_a_smooth_energy(mean: float, levels: int) -> None:
         alpha, beta = 0.035, after
     assert both.compiled.trials == both.plain.trials == 8
     (finest, *coarser), (other, *others) = both.compiled.work, both.plain.work
-    # A spectrum that is complete is not transformed by whole arrays, nor is one way counted that a move makes anew.
+    # Sweeps transform the traction as each of two moves makes it, and at the start; whole arrays the last one only.
     assert (finest.fft_pairs, other.fft_pairs) == (7.0, 4.5)
     assert [each[:3] for each in coarser] == [each[:3] for each in others]
     assert not any(each.fft_seconds for each in both.plain.work)
