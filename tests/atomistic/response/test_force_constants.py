@@ -13,6 +13,7 @@ from atomistic.lammps.session import Cell
 from atomistic.response.force_constants import (
     ForceConstants,
     SymmetryErrors,
+    _rows,
     measure_force_constants,
     places,
     relaxation,
@@ -86,6 +87,19 @@ def test_sum_rules_and_elasticity(name, sound, elastic):
     assert max(vars(found.checks).values()) < sound
     # Long waves of the force constants against stress of the strained crystal: two measurements.
     assert np.allclose(of_long_waves(found), model(name).elastic_constants, rtol=elastic)
+
+
+def test_layers_that_rise_are_as_far_apart_as_they_are():
+    """Raised as a whole nothing changes; stretched or compressed no force reaches beyond the range of forces."""
+    of = model("lj")
+    layers = 2 * of.coupled_layers + 2
+    flat, *raised = (_rows(of, layers, [1], rise) for rise in (0.0 * np.arange(layers), np.full(layers, 0.3)))
+    for one, other in zip(flat[0], raised[0][0], strict=True):
+        np.testing.assert_allclose(other, one, atol=1e-8)
+    assert max(flat[1], raised[0][1]) < 1e-8
+    for strain in (0.02, -0.02):
+        rows, far = _rows(of, layers, [1], strain * np.arange(layers))
+        assert far < 1e-8 < 1 < np.abs(rows[0]).max()
 
 
 def test_what_is_no_harmonic_crystal_is_refused():
