@@ -179,9 +179,7 @@ def test_pressures_and_rises_are_means_of_blocks_with_their_standard_errors(
             pass
 
         def per_atom(self, name: str) -> np.ndarray:
-            return model.length * (
-                Slab((8, 8), 2, model.coupled_layers).positions.reshape(-1, 3)[:256, 2] + next(rises)
-            )
+            return model.length * (sites_of_slab[:256, 2] + next(rises))
 
     values, rises = iter(parts.ravel()), iter(heights)
     sites_of_slab = Slab((8, 8), 2, model.coupled_layers).positions.reshape(-1, 3)
