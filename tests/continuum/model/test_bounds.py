@@ -183,3 +183,10 @@ def test_a_second_body_turns_by_quarters_on_a_square_and_by_halves_on_any_period
         assert [fault.key for fault in found] == ([] if fits else [("counterface", "angle")])
     found = [*Counterface(surface=SINE | {"waves": (5, 0)}).unfit((8, 8), (8.0, 8.0), repeats=True)]
     assert [fault.key for fault in found] == [("counterface", "surface", "waves")]
+
+
+def test_a_stack_has_a_thousand_layers_at_most() -> None:
+    film = (1.0, 1.0, 0.3)
+    assert len(LayeredHalfSpace(1000 * (film,), (1.0, 0.3)).layers) == 1000
+    with pytest.raises(ArgumentError, match="layers"):
+        LayeredHalfSpace(1001 * (film,), (1.0, 0.3))
