@@ -112,6 +112,16 @@ def test_words_under_a_bound(most: float, mean: float) -> None:
         np.testing.assert_allclose(one, other, atol=1e-14)
 
 
+def test_where_the_preconditioner_gives_nothing_all_of_the_contact_counts_alike() -> None:
+    rng, K = np.random.default_rng(5), np.zeros(GRID.shape_q)
+    both = Both(CompiledBoundGrid(GRID, K, 1, 16), ArrayBoundGrid(NumPy(), GRID, K, 16))
+    both.say("set_problem", np.ones(GRID.shape), None, lift=0.0, sink=0.0, mean_stiffness=np.inf, most=np.inf)
+    both.put(p=1.0 * (rng.random(GRID.shape) < 0.1), z=np.ones(GRID.shape))
+    both.say("select", 0.0, look=["mask"])
+    both.say("renew", look=["m"])
+    np.testing.assert_array_equal(both.plain.m, both.plain.p)
+
+
 def spectra(both: Both, *names: str) -> None:
     """The same modes, which either grid holds as pairs of real numbers."""
     rows, columns = both.plain.grid.shape_q
