@@ -19,9 +19,10 @@ from continuum.model.walls import LennardJonesSpline
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import NumPy
 from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
-from continuum.solve.compiled import passes
+from continuum.solve.compiled import passes, tractions
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid
 from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
+from continuum.solve.compiled.tractions import Pull
 from continuum.solve.conjugate import COARSE_ITERATIONS, COARSE_REDUCTION, Line, conjugate_line
 from continuum.solve.smooth import SLOPE_ACCEPTED, SLOPE_REDUCTION, _step
 
@@ -196,6 +197,19 @@ def test_words_of_a_smooth_energy(mean: float, levels: int) -> None:
     spectra(both, "g")
     both.say("go_to_zero", look=["z", "traction"])
     spectra(both, "g")
+
+
+def test_what_comes_near_the_wall_and_goes_back_feels_nothing() -> None:
+    """Of two steps that add up to none: where it begins and ends it is out of reach."""
+    n, z, d = 70, np.full((4, 78), 1.5), np.ones((4, 78))
+    out, traction, sums = np.full((4, 78), 7.0), np.zeros((4, 78)), np.ones(6)
+    wall = Pull(np.zeros((4, 2), dtype=bool), traction, np.zeros((4, 78), np.float32))
+    tractions.move_gap(0, 4, sums, out, z, d, n, 0.4, 0.4, LAW, wall)
+    assert (traction[:, :n] < 0).all()
+    assert wall.stiffness[:, :n].all()
+    tractions.move_gap(0, 4, sums, out, z, d, n, -0.4, 0.0, LAW, wall)
+    for each in (traction, wall.stiffness, out[:, :n], sums[:4]):
+        assert not each.any()
 
 
 # --- what the mathematics makes of the answers --------------------------------------------------------------
