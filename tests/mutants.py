@@ -66,7 +66,7 @@ COSTS = {
     "guess", "volumes",  # about where a crystal is looked for, which is there or an error is raised
 }  # fmt: skip
 """Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
-MANY = 100
+MANY = 10
 """Points of a `linspace` or `geomspace`, `parts` of an integral, and steps of a `limit` or `evaluations` at most, of
 which one more or less is no other physics."""
 SECONDS = 120

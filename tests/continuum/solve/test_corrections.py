@@ -134,6 +134,7 @@ def test_the_energy_falls_to_that_of_the_state(monkeypatch: pytest.MonkeyPatch) 
     solution = solved(problem, pressure=1e-3, mean_stiffness=1e-2)
     assert solution.status.ok
     assert np.all(np.diff(found[-1 - solution.iterations :]) < 0)
+    assert {line.step for line in solution.history} == {1.0}
     assert [line.energy for line in solution.history] == pytest.approx(
         np.array(found[-1 - solution.iterations :]) - found[-1 - solution.iterations]
     )

@@ -113,6 +113,21 @@ def test_words_under_a_bound(most: float, mean: float) -> None:
         np.testing.assert_allclose(one, other, atol=1e-14)
 
 
+@pytest.mark.parametrize("pressure", [None, 0.05])
+@pytest.mark.parametrize("most", [np.inf, 0.2])
+def test_a_guess_is_the_traction_under_which_a_start_is_where_it_is(pressure: float | None, most: float) -> None:
+    """Where it presses more than closing the gap there would take; of a start that lies off zero, too."""
+    rng, K = np.random.default_rng(6), HalfSpace("free").stiffness(GRID)
+    both = Both(CompiledBoundGrid(GRID, K, 1, 16), ArrayBoundGrid(NumPy(), GRID, K, 16))
+    for level in (-0.3, 0.4):
+        heights, start = rng.normal(size=(2, *GRID.shape)) * [[[0.1]], [[0.02]]]
+        posed = {"lift": 0.3, "sink": 0.1, "mean_stiffness": np.inf if pressure is None else 0.0, "most": most}
+        both.say("set_problem", heights, np.abs(start) + level, **posed)
+        both.say("guess", pressure, look=["p"])
+        assert 0.05 < np.count_nonzero(both.plain.p) / GRID.size < 0.95
+        assert both.compiled.work.fft_pairs == both.plain.work.fft_pairs == 1.0
+
+
 def test_where_the_preconditioner_gives_nothing_all_of_the_contact_counts_alike() -> None:
     rng, K = np.random.default_rng(5), np.zeros(GRID.shape_q)
     both = Both(CompiledBoundGrid(GRID, K, 1, 16), ArrayBoundGrid(NumPy(), GRID, K, 16))
