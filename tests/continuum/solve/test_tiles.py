@@ -12,6 +12,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine
+from continuum.model.walls import LennardJonesSpline, attraction_on_core
 from continuum.solve.compiled import near_field
 from continuum.solve.compiled import tiles as tiles_of_cpu
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
@@ -143,6 +144,25 @@ def test_the_way_to_the_coarse_grid_and_back_is_by_cubic_splines(spots: Spots) -
     engine._up(coarse, out)
     exact = S @ coarse[:, : ny // 4] @ T.T
     np.testing.assert_allclose(out, 1 + engine.gather(exact), atol=2e-6)
+
+
+def test_the_stiffness_of_a_wall_is_that_where_it_begins_to_push() -> None:
+    """To a step of two thousand over twice its reach, over which that of the paper's law changes by 0.01 E*/a0."""
+    for k in (0.5, 2.0):
+        assert tiles_of_cpu._stiffness(LennardJonesSpline(0.3, k).law) == pytest.approx(k, rel=0.03)
+    assert tiles_of_cpu._stiffness(attraction_on_core("spline", 0.01, 0.3, 5.0).law) == pytest.approx(5.0, rel=1e-3)
+    pulling = LennardJonesSpline(0.3).law._replace(parameters=np.array([0.0, 0.7, 0.3, 0.0]))
+    assert tiles_of_cpu._stiffness(pulling) == 0.0
+
+
+def test_tiles_pay_where_there_are_some_and_few(small: None) -> None:
+    """Up to a share, which is less on grids of less than twice the smallest."""
+    for points, share in (((256, 256), 0.25), ((128, 256), 0.175)):
+        grid = Grid(points, (float(points[0]), float(points[1])))
+        whole = pressed(grid, HalfSpace("free").stiffness(grid))
+        for marks, pays in ((0.0, False), (share, True), (share + 1e-3, False)):
+            marked = np.arange(1000) < round(1000 * marks)
+            assert whole.pays(marked, 0.25) == pays
 
 
 def test_a_wall_lies_in_series_with_the_substrate(spots: Spots) -> None:
