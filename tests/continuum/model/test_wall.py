@@ -113,6 +113,26 @@ def test_a_table_converges_to_the_law_it_samples() -> None:
     assert table.zero_gap == pytest.approx(1.0, abs=1e-6)
 
 
+def test_a_table_is_the_cubic_through_its_rows_and_a_line_below_them() -> None:
+    gap, traction = np.array([-0.2, 0.1, 0.5, 1.4, 1.9, 3.0]), np.array([1.0, 0.2, -0.1, -0.4, -0.15, 0.0])
+    law, spline = TabulatedWall(gap, traction).law, CubicSpline(gap, traction)
+    inside, below = np.concatenate([gap[:-1], [-0.1, 0.3, 0.9, 1.7, 2.9]]), np.array([-0.21, -2.0])
+    slope, depth = spline(-0.2, 1), -0.2 - below
+    energy = [spline.integrate(z, 3.0) for z in inside]
+    start = spline.integrate(-0.2, 3.0)
+    expected = np.concatenate(
+        [
+            [energy, spline(inside), -spline(inside, 1)],
+            [start + depth * (1.0 - 0.5 * slope * depth), 1.0 - slope * depth, np.full(2, -slope)],
+            np.zeros((3, 2)),
+        ],
+        axis=1,
+    )
+    z = np.concatenate([inside, below, [3.0, 9.0]])
+    for response in (evaluate(law, z), laws.ON_ARRAYS[laws.TABLE](np, z, law.parameters)):
+        np.testing.assert_allclose(response, expected, rtol=1e-12, atol=1e-14)
+
+
 def test_a_table_that_ends_steeply_softens_most_just_before_its_end() -> None:
     gap, traction = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([1.0, -0.1, -0.2, -0.4, 0.0])
     slope = CubicSpline(gap, traction)(gap, 1)
