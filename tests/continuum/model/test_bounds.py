@@ -190,3 +190,15 @@ def test_a_stack_has_a_thousand_layers_at_most() -> None:
     assert len(LayeredHalfSpace(1000 * (film,), (1.0, 0.3)).layers) == 1000
     with pytest.raises(ArgumentError, match="layers"):
         LayeredHalfSpace(1001 * (film,), (1.0, 0.3))
+
+
+@pytest.mark.parametrize(("modulus", "fits"), [(0.67, True), (0.66, False), (1.49, True), (1.51, False)])
+def test_the_modulus_of_a_crystal_is_about_one(modulus: float, fits: bool) -> None:
+    """That of an isotropic one is C11 (1 - (C12/C11)²), as E/(1 - ν²) is."""
+    factor = modulus / (1.5 * (1 - (0.5 / 1.5) ** 2))
+    constants = tuple(factor * constant for constant in ISOTROPIC)
+    if fits:
+        assert CubicLayer(4.0, constants, "clamped").c11 == pytest.approx(1.5 * factor)
+    else:
+        with pytest.raises(ArgumentError, match=f"it is {modulus:.2g}"):
+            CubicLayer(4.0, constants, "clamped")
