@@ -105,6 +105,9 @@ def test_layers_that_rise_are_as_far_apart_as_they_are():
 def test_what_is_no_harmonic_crystal_is_refused():
     with pytest.raises(PotentialError, match="violate symmetry"):
         SymmetryErrors(0.0, 0.0, 1e-3, 0.0)
+    assert SymmetryErrors(0.0, 0.0, 0.99e-4, 0.0).symmetry == 0.99e-4
+    with pytest.raises(PotentialError, match="violate beyond_reach"):
+        SymmetryErrors(1.01e-4, 0.0, 0.0, 0.0)
     with pytest.raises(PotentialError, match="violate rotation"):
         SymmetryErrors(0.0, 0.0, 0.0, float("nan"))
 
