@@ -23,6 +23,7 @@ from atomistic.lammps.crystal_wall import (
     WallCrystal,
     crystal_wall,
     energy_of_flat_halves,
+    first_touch,
     flat_halves,
     pair_law,
 )
@@ -236,6 +237,14 @@ def test_a_wall_of_atoms_slides_under_a_load_on_two_ranks_too(tmp_path: Path) ->
     # Some hundred steps of Newton's law magnify rounding, but not by a million.
     assert np.allclose(one.last.displacements, two.displacements, rtol=0, atol=1e-8)
     assert one.last.separation == pytest.approx(two.separation, abs=1e-8)
+
+
+@pytest.mark.parametrize("crystal", [OWN, TURNED, WallCrystal(rows=(3, 4))])
+def test_at_first_touch_the_nearest_atoms_are_a_diameter_apart(crystal: WallCrystal) -> None:
+    found = crystal_wall(WALL, ROUGH if crystal.form == "bent" else FLAT, SHAPE, crystal)
+    surface = np.array([(i, j, 0.0) for i, j in product(range(-1, 7), repeat=2)])
+    sites = found.sites + np.array([0, 0, first_touch(found)])
+    assert np.linalg.norm(sites[:, None] - surface, axis=2).min() == pytest.approx(SIGMA, rel=1e-12)
 
 
 def test_a_wall_begins_where_its_atoms_do_not_overlap_the_surface() -> None:

@@ -29,3 +29,13 @@ def test_the_mesh_of_a_wall_covers_its_period_once() -> None:
     np.testing.assert_allclose(normals[:, 2] / 2, -(length**2) / 2, atol=1e-8)
     edges = {tuple(sorted(pair)) for cell in cells[:, 1:].tolist() for pair in zip(cell, np.roll(cell, 1), strict=True)}
     assert len(edges) == 24 + 30 - 1  # of a disc by Euler
+
+
+def test_the_points_of_a_mesh_are_as_far_apart_as_those_of_its_grid() -> None:
+    heights = np.random.default_rng(1).normal(size=(3, 5))
+    plain, wide = (
+        np.array([line.split() for line in wall_mesh(heights, 1.3, 2.5, spacing=spacing).splitlines()[5:29]], float)
+        for spacing in ((1.0, 1.0), (2.0, 0.5))
+    )
+    np.testing.assert_allclose(wide, plain * [2.0, 0.5, 1.0], atol=1e-9)
+    np.testing.assert_allclose(np.ptp(wide[:, :2], axis=0), [2.5 * 3 * 2.0, 2.5 * 5 * 0.5])

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import constants as si
+from scipy.optimize import brentq
 
 from atomistic.config.deck import steps_of
 from atomistic.config.motion import thermal_energy
@@ -17,9 +18,10 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import LennardJones
 from atomistic.crystal.model import Crystal, CrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
-from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion, impedance, vibration_timestep
+from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion, impedance, largest_timestep, vibration_timestep
 from continuum.files.toml import ConfigError
 from continuum.model.cubic import CubicConstants
+from continuum.model.walls import LennardJonesSpline
 
 GPA = si.giga / (si.electron_volt / si.angstrom**3)  # in eV/Å³
 LATTICE, C11, C12, C44 = 3.615, 169.9, 122.6, 76.2
@@ -202,3 +204,17 @@ def test_layers_of_the_thermostat_are_fewer_than_move() -> None:
         assert found is not None
         assert found[0] == name
     assert replace(MOTION, offsets=(0.0,) * 3).misfit(3, stays=True) is None
+
+
+@pytest.mark.parametrize("k", [0.01, 0.5])
+def test_the_largest_step_follows_the_wall_where_it_pushes_with_its_modulus_or_as_much_as_it_can(k: float) -> None:
+    """Down to the core, from where on the wall is no stiffer; to a step of two thousand of the gaps looked at."""
+    wall = LennardJonesSpline(0.3, k)
+
+    def missing(gap: float) -> float:
+        return float(wall.evaluate(np.array(gap)).traction) - 1.0
+
+    gap = brentq(missing, wall.core, 1.0) if missing(wall.core) > 0 else wall.core
+    stiffness = float(wall.evaluate(np.array(gap)).stiffness)
+    assert stiffness > k
+    assert largest_timestep(COPPER, wall) == pytest.approx(vibration_timestep(COPPER, stiffness), rel=2e-3)

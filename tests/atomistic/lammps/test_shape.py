@@ -17,7 +17,17 @@ from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.result import DeckResult, read_result
 from atomistic.lammps.session import Session
-from atomistic.lammps.shape import MOST_WAVES, HeightSpline, Round, Shape, Waves, shape_of
+from atomistic.lammps.shape import (
+    MOST_WAVES,
+    HeightSpline,
+    Round,
+    Shape,
+    Waves,
+    map_error,
+    map_of,
+    misfit,
+    shape_of,
+)
 from tests.problems import two_ranks
 
 PERIOD = (8.0, 7.0)
@@ -117,6 +127,38 @@ def test_a_spline_errs_as_much_across_as_along():
     """Also of an even number of points, whose shortest wave is not one of a known phase."""
     heights = np.random.default_rng(7).standard_normal((6, 4))
     assert HeightSpline(heights).error == pytest.approx(HeightSpline(heights.T).error, rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [0, 1, MOST_WAVES, MOST_WAVES + 1])
+def test_heights_of_few_waves_are_their_sum_and_others_a_spline(count):
+    """Over a period whose points are not a0 apart; the shortest wave has no phase, and makes a spline of any sum."""
+    period, rng = (12.0, 9.0), np.random.default_rng(count)
+    x, y = np.meshgrid(np.arange(8) * 1.5, np.arange(10) * 0.9, indexing="ij")
+    modes = [(m, n) for n in range(4) for m in range(-3, 4) if n > 0 or m > 0][:count]
+    parts = [(rng.uniform(0.1, 1), m, n, rng.uniform(-3, 3)) for m, n in modes]
+    waves, more = Waves(period, 0.3, tuple(parts[:MOST_WAVES])), Waves(period, 0.0, tuple(parts[MOST_WAVES:]))
+    heights = waves.evaluate(x, y).height + more.evaluate(x, y).height
+    found = shape_of(heights, period)
+    assert isinstance(found, HeightSpline) == (count > MOST_WAVES)
+    assert isinstance(shape_of(heights + 0.01 * np.cos(np.pi * np.arange(8))[:, None], period), HeightSpline)
+    if count <= MOST_WAVES:
+        assert len(found.waves) == count
+        for one, other in zip(found.evaluate(x + 0.37, y - 0.2), waves.evaluate(x + 0.37, y - 0.2), strict=True):
+            np.testing.assert_allclose(one, other, atol=1e-12)
+    assert misfit(found, heights, np.stack([x, y], axis=-1)) == 0.0
+    assert misfit(found, heights + 0.01, np.stack([x, y], axis=-1)) == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("shape", [SHAPES["waves"], SHAPES["punch"]], ids=["waves", "punch"])
+def test_a_map_has_four_heights_in_each_spacing_and_states_how_its_spline_errs_in_between(shape):
+    grid = c.Grid((4, 7), PERIOD)
+    heights = map_of(shape, grid)
+    assert heights.shape == (16, 28)
+    x, y = np.meshgrid(np.arange(16) / 2, np.arange(28) / 4, indexing="ij")
+    np.testing.assert_allclose(heights, shape.evaluate(x, y).height, atol=1e-14)
+    between, exact = (each.evaluate(x + 1 / 4, y + 1 / 8) for each in (HeightSpline(heights, (0.5, 0.25)), shape))
+    by_height, *by_slope = (np.abs(a - b).max() for a, b in zip(between, exact, strict=True))
+    assert map_error(shape, grid) == pytest.approx((by_height, max(by_slope)), rel=1e-9)
 
 
 def relaxed(tmp_path: Path, shape: Shape | None, heights, separation: float = 0.97, **changes) -> DeckResult:

@@ -13,6 +13,7 @@ from atomistic.lammps.session import Cell
 from atomistic.response.force_constants import (
     ForceConstants,
     SymmetryErrors,
+    _rows,
     measure_force_constants,
     places,
     relaxation,
@@ -88,9 +89,25 @@ def test_sum_rules_and_elasticity(name, sound, elastic):
     assert np.allclose(of_long_waves(found), model(name).elastic_constants, rtol=elastic)
 
 
+def test_layers_that_rise_are_as_far_apart_as_they_are():
+    """Raised as a whole nothing changes; stretched or compressed no force reaches beyond the range of forces."""
+    of = model("lj")
+    layers = 2 * of.coupled_layers + 2
+    flat, *raised = (_rows(of, layers, [1], rise) for rise in (0.0 * np.arange(layers), np.full(layers, 0.3)))
+    for one, other in zip(flat[0], raised[0][0], strict=True):
+        np.testing.assert_allclose(other, one, atol=1e-8)
+    assert max(flat[1], raised[0][1]) < 1e-8
+    for strain in (0.02, -0.02):
+        rows, far = _rows(of, layers, [1], strain * np.arange(layers))
+        assert far < 1e-8 < 1 < np.abs(rows[0]).max()
+
+
 def test_what_is_no_harmonic_crystal_is_refused():
     with pytest.raises(PotentialError, match="violate symmetry"):
         SymmetryErrors(0.0, 0.0, 1e-3, 0.0)
+    assert SymmetryErrors(0.0, 0.0, 0.99e-4, 0.0).symmetry == 0.99e-4
+    with pytest.raises(PotentialError, match="violate beyond_reach"):
+        SymmetryErrors(1.01e-4, 0.0, 0.0, 0.0)
     with pytest.raises(PotentialError, match="violate rotation"):
         SymmetryErrors(0.0, 0.0, 0.0, float("nan"))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import continuum as c
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import LennardJones
 from atomistic.crystal.model import CrystalModel
+from atomistic.lammps.protocol import time_unit, vibration_timestep
 from atomistic.response import thermal
 from atomistic.response.force_constants import force_constants
 from atomistic.response.material import model_of
@@ -130,6 +132,80 @@ def test_a_damaged_file_is_measured_anew_and_a_folder_that_cannot_be_written_doe
     assert calls == [0, 2, 3, 0, 2, 0, 2]
     (tmp_path / "file").write_text("")
     assert thermal.warm_crystal(model, 1e-3, 2, tmp_path / "file" / "folder") == warm
+
+
+@pytest.mark.parametrize(("noise", "softer"), [(1e-9, 0.8), (1.0, 0.8), (1e-9, 1.0)])
+def test_the_lattice_constant_is_where_the_pressure_vanishes(
+    noise: float, softer: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a crystal as stiff as at rest, or softer, by a secant; where differences are noise, by the stiffness at rest.
+
+    Two steps, each of which leaves a part 1 - softer, or of second order, and the correction for what is left.
+    """
+    dilation, warm, runs, told = 3.0, np.log(1.004), list[int](), list[tuple[int, int]]()
+
+    def pressure(model: object, temperature: float, stretch: float, blocks: int) -> tuple[float, float]:
+        runs.append(blocks)
+        return softer * dilation * (warm - np.log(stretch)), noise
+
+    monkeypatch.setattr(thermal, "_pressure", pressure)
+    found = thermal._measure_bulk(SimpleNamespace(dilation=dilation), 1e-3, lambda *done: told.append(done))
+    assert (runs, told) == ([5, 5, 10], [(1, 4), (2, 4), (3, 4)])
+    left = 0.2**3 if noise == 1.0 else 0.004
+    assert np.log(found.stretch) == pytest.approx(warm, rel=1.5 * left)
+    assert found.stretch_error == pytest.approx(noise / (dilation * (1.0 if noise == 1.0 else softer)), rel=0.01)
+    assert abs(found.pressure) < dilation * warm * (0.05 if noise == 1.0 else 0.01)
+    assert (found.temperature, found.rise, found.rise_error) == (1e-3, (), 0.0)
+
+
+def test_pressures_and_rises_are_means_of_blocks_with_their_standard_errors(
+    model: CrystalModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The pressure with that of an ideal gas, of as many atoms in as much room; commands in LAMMPS' units."""
+    rng, said, made = np.random.default_rng(1), list[str](), list[tuple]()
+    parts, heights, unit = rng.normal(size=(4, 3)), rng.normal(size=(10, 4 * 64)), 7.0
+
+    class Fake:
+        pressure_unit, fix = unit, lambda self, name, i: next(values)
+        command = lambda self, *lines: said.extend(lines)  # noqa: E731
+
+        def __init__(self, *given: object, **named: object) -> None:
+            made.append(given)
+
+        def __enter__(self) -> Fake:
+            return self
+
+        def __exit__(self, *error: object) -> None:
+            pass
+
+        def per_atom(self, name: str) -> np.ndarray:
+            return model.length * (sites_of_slab[:256, 2] + next(rises))
+
+    values, rises = iter(parts.ravel()), iter(heights)
+    sites_of_slab = Slab((8, 8), 2, model.coupled_layers).positions.reshape(-1, 3)
+    monkeypatch.setattr(thermal, "Cell", Fake)
+    found, error = thermal._pressure(model, 1e-3, 1.01, 4)
+    virial = parts.mean(axis=1) / unit * model.length**3 / model.energy
+    sites, periods = made[0][1:3]
+    gas = 1e-3 * len(sites) / np.prod(np.array(periods) / model.length)
+    assert found == pytest.approx(virial.mean() + gas, rel=1e-12)
+    assert error == pytest.approx(virial.std(ddof=1) / 2, rel=1e-12)
+    apart = np.linalg.norm(sites[1:] - sites[0], axis=1).min()
+    assert apart == pytest.approx(1.01 * model.length, rel=1e-12)
+    kelvin, step = 1e-3 * model.energy, vibration_timestep(model) * time_unit(model)
+    settings = dict(line.split(maxsplit=1) for line in said if line.split()[0] in ("timestep", "velocity"))
+    assert float(settings["timestep"]) == pytest.approx(step, rel=1e-12)
+    assert float(settings["velocity"].split()[2]) == pytest.approx(2 * kelvin, rel=1e-12)
+    (thermostat,) = (line.split() for line in said if line.startswith("fix thermostat"))
+    assert [float(word) for word in thermostat[4:7]] == pytest.approx([kelvin, kelvin, 40 * step], rel=1e-12)
+    assert f"fix mean all ave/time 10 150 1500 {' '.join(f'c_pressure[{i}]' for i in (1, 2, 3))}" in said
+    assert said.count("run 1500 post no") == 4
+
+    rise, error = thermal._rise(model, 1e-3, 2)
+    layers = heights[:, :128].reshape(10, 2, 64).mean(axis=2)
+    np.testing.assert_allclose(rise, layers.mean(axis=0), atol=1e-12)
+    assert error == pytest.approx(layers[:, 0].std(ddof=1) / np.sqrt(10), rel=1e-9)
+    assert {"group mobile id <= 128", "fix place mobile ave/atom 10 200 2000 z", "unfix place"} < set(said)
 
 
 def test_a_deeper_slab_is_in_the_middle_as_the_measured_one() -> None:

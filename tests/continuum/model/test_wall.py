@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
+from continuum.model import laws
 from continuum.model.laws import evaluate
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.model.walls.attraction import AttractionOnCore, Shape, attraction_on_core
@@ -111,6 +112,26 @@ def test_a_table_converges_to_the_law_it_samples() -> None:
     table = table_of(wall, 401)
     assert table.work_of_adhesion == pytest.approx(wall.work_of_adhesion, rel=1e-5)
     assert table.zero_gap == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_table_is_the_cubic_through_its_rows_and_a_line_below_them() -> None:
+    gap, traction = np.array([-0.2, 0.1, 0.5, 1.4, 1.9, 3.0]), np.array([1.0, 0.2, -0.1, -0.4, -0.15, 0.0])
+    law, spline = TabulatedWall(gap, traction).law, CubicSpline(gap, traction)
+    inside, below = np.concatenate([gap[:-1], [-0.1, 0.3, 0.9, 1.7, 2.9]]), np.array([-0.21, -2.0])
+    slope, depth = spline(-0.2, 1), -0.2 - below
+    energy = [spline.integrate(z, 3.0) for z in inside]
+    start = spline.integrate(-0.2, 3.0)
+    expected = np.concatenate(
+        [
+            [energy, spline(inside), -spline(inside, 1)],
+            [start + depth * (1.0 - 0.5 * slope * depth), 1.0 - slope * depth, np.full(2, -slope)],
+            np.zeros((3, 2)),
+        ],
+        axis=1,
+    )
+    z = np.concatenate([inside, below, [3.0, 9.0]])
+    for response in (evaluate(law, z), laws.ON_ARRAYS[laws.TABLE](np, z, law.parameters)):
+        np.testing.assert_allclose(response, expected, rtol=1e-12, atol=1e-14)
 
 
 def test_a_table_that_ends_steeply_softens_most_just_before_its_end() -> None:
@@ -296,18 +317,21 @@ def test_a_law_is_the_printed_one(wall: Wall, traction: Callable[[float], float]
     """Traction, its integral and its slope at gaps on both sides of the joints; below the core it goes on as a line."""
     law = wall.law
     assert law is not None
+    formula = laws.ON_ARRAYS.get(law.kind) or partial(laws.powers_on_arrays, m=wall.powers[0], n=wall.powers[1])
     core, joint, last = ends
     for z in [*np.linspace(core + 1e-3, joint - 1e-3, 7), *np.linspace(joint + 1e-3, min(last, joint + 2) + 0.1, 9)]:
         parts = [z, *(end for end in (joint, last) if z < end), *([] if last == np.inf else [last + 1])]
         energy = sum(quad(traction, a, b, epsabs=1e-12)[0] for a, b in pairwise(sorted(parts)))
         slope = (traction(z + 1e-6) - traction(z - 1e-6)) / 2e-6
-        found = [float(values[0]) for values in evaluate(law, np.array([z]))]
-        np.testing.assert_allclose(found, [energy, traction(z), -slope], rtol=1e-7, atol=1e-9)
+        for response in (evaluate(law, np.array([z])), formula(np, np.array([z]), law.parameters)):
+            found = [float(values[0]) for values in response]
+            np.testing.assert_allclose(found, [energy, traction(z), -slope], rtol=1e-7, atol=1e-9)
     if np.isfinite(wall.core):
         energy, push, stiffness = (float(values[0]) for values in evaluate(law, np.array([core])))
-        below = [float(values[0]) for values in evaluate(law, np.array([core - 0.2]))]
         expected = [energy + 0.2 * push + 0.5 * stiffness * 0.2**2, push + 0.2 * stiffness, stiffness]
-        np.testing.assert_allclose(below, expected, rtol=1e-12)
+        at = np.array([core - 0.2])
+        for response in (evaluate(law, at), formula(np, at, law.parameters)):
+            np.testing.assert_allclose(np.ravel(response), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import inspect
 import os
 import subprocess
 import sys
+from itertools import pairwise
 from types import ModuleType
 
 import numpy as np
@@ -19,11 +20,12 @@ from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.solve import conjugate, hard, smooth
 from continuum.solve.arrays.smooth_grid import ArrayLinearGrid
-from continuum.solve.backend import back_end
+from continuum.solve.backend import back_end, factor_of
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
 from continuum.solve.compiled.corrections import TiledSmoothGrid as SmoothGrid
 from continuum.solve.compiled.linear import CompiledLinearGrid
 from continuum.solve.compiled.passes import Passes
+from continuum.solve.compiled.pressed import runs
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
 from tests.kinds import covering
@@ -286,3 +288,24 @@ def test_nor_where_libraries_may_use_threads_of_their_own() -> None:
     free = {name: value for name, value in os.environ.items() if not name.endswith("NUM_THREADS")}
     done = subprocess.run([sys.executable, "-c", code], env=free, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("at", [1e-6, 0.3, 1.0, 7.0, 1e20, 0.9e30])
+def test_a_factor_is_where_what_grows_with_it_vanishes(at: float) -> None:
+    assert factor_of(lambda factor: factor / at - 1) == pytest.approx(at, rel=1e-12)
+    assert factor_of(lambda factor: min(factor / at, 0.5) - 1) is None  # it saturates below
+    assert factor_of(lambda factor: factor / at + 1) is None  # too much without any
+    assert factor_of(lambda factor: factor / at) == 0.0
+
+
+def test_runs_of_rows_begin_and_end_where_use_changes() -> None:
+    rng = np.random.default_rng(1)
+    for share in (0.0, 0.3, 0.7, 1.0):
+        used = rng.random(20) < share
+        found = runs(used, 100)
+        marked = np.zeros(20, dtype=bool)
+        for first, last in found:
+            assert first < last
+            marked[first - 100 : last - 100] = True
+        np.testing.assert_array_equal(marked, used)
+        assert all(one[1] < other[0] for one, other in pairwise(found))

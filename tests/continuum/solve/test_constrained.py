@@ -334,6 +334,32 @@ def test_the_energy_that_is_followed_is_that_of_the_state(mean: float, most: flo
     assert followed[-1] == pytest.approx(np.mean(p * (z + offset)) / 2, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("mean_stiffness", "total", "offset", "done"),
+    [
+        (0.0, np.nan, -0.5, ["fill 0.1"]), (0.0, 0.0, -0.5, ["fill 0.1"]), (0.0, 0.5, -0.5, ["scale 1"]),
+        (0.0, 9.0, -0.5, ["scale 1", "fill 0.1"]), (2.0, 0.0, -0.5, ["fill 0.3"]), (2.0, 0.0, -0.1, ["fill 0.2"]),
+        (2.0, 0.0, 0.5, ["fill 0"]), (2.0, 0.5, -0.5, []), (np.inf, 0.0, -0.5, []),
+        (np.inf, np.nan, -0.5, ["fill 0.3"]),
+    ],
+)  # fmt: skip
+def test_a_start_carries_the_load_that_is_given_or_that_of_flat_surfaces(
+    mean_stiffness: float, total: float, offset: float, done: list[str]
+) -> None:
+    """Of ten points under 0.1, at most 0.3; the load of a spring of the mean is what flat surfaces overlap by."""
+    said = list[str]()
+
+    def scale(wanted: float) -> bool:
+        said.append(f"scale {wanted:g}")
+        return total < 9
+
+    grid = SimpleNamespace(
+        size=10, most=0.3, mean_offset=lambda: offset, fill=lambda p: said.append(f"fill {p:g}"), scale=scale
+    )
+    _Dual(grid, 0.1, mean_stiffness)._carry_the_load(total)
+    assert said == done
+
+
 def test_along_a_direction_without_curvature_there_is_no_step() -> None:
     grid = SimpleNamespace(curvature=lambda: 0.0, trial=lambda step: (0.0, step, step))
     assert np.isnan(_Dual(grid, 0.05, 0.0)._step(1.0))

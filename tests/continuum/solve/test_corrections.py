@@ -135,6 +135,7 @@ def test_the_energy_falls_to_that_of_the_state(monkeypatch: pytest.MonkeyPatch) 
     solution = solved(problem, pressure=1e-3, mean_stiffness=1e-2)
     assert solution.status.ok
     assert np.all(np.diff(found[-1 - solution.iterations :]) < 0)
+    assert {line.step for line in solution.history} == {1.0}
     assert [line.energy for line in solution.history] == pytest.approx(
         np.array(found[-1 - solution.iterations :]) - found[-1 - solution.iterations]
     )
@@ -149,7 +150,7 @@ def test_the_energy_falls_to_that_of_the_state(monkeypatch: pytest.MonkeyPatch) 
 def test_directions_solve_the_linear_problem_and_steps_go_to_the_minimum_along_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """(1 + φ'' G) t = p(z) - f to a part of it, w = G t, and along them the energy falls to where its slope is small."""
+    """(1 + φ'' G) t = p(z) - f to a part of it, w = G t, and along these the energy falls to where it is about flat."""
     find, descend, advance = (getattr(corrections._Tiles, name) for name in ("_find_direction", "_descend", "_advance"))
     left, slopes, trials = list[float](), list[float](), list[int]()
 

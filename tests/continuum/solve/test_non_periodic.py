@@ -16,7 +16,7 @@ from continuum.model.open_boundary import FAR, OpenBoundary, cell_influence
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.path.loading import solve
-from continuum.solve.non_periodic import FARTHER, NonPeriodicSolver
+from continuum.solve.non_periodic import FARTHER, UNFELT, NonPeriodicSolver, _reach
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.theory.smooth import DMT, Hertz, MaugisDugdale
 
@@ -226,3 +226,15 @@ def test_a_run_of_the_input(tmp_path: Path) -> None:
     result = c.run("inputs/smoke/sphere.toml", tmp_path / "sphere.h5")
     assert all(point.converged for point in result.points)
     assert c.certify(tmp_path / "sphere.h5").ok
+
+
+@pytest.mark.parametrize("wall", [c.InversePowers((9, 3), adhesion_length=0.005), c.Exponential(0.005, 0.3, 2.0)])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-8])
+def test_a_law_that_never_ends_is_felt_up_to_its_reach(wall: Wall, tolerance: float) -> None:
+    """Known to a step of 11 per cent; a weaker one nowhere, and one that ends up to its end."""
+    reach = _reach(wall.law, tolerance)
+    gap = reach * np.array([1 / 1.12, 1.0, 1.5, 1e3])
+    felt = np.abs(wall.evaluate(gap).traction) > UNFELT * tolerance
+    np.testing.assert_array_equal(felt, [True, False, False, False])
+    assert _reach(c.LennardJonesSpline(0.3).law, tolerance) == 1.3
+    assert _reach(c.Exponential(1e-30, 0.3, 2.0).law, tolerance) == 1e-6

@@ -402,3 +402,19 @@ def test_history_ends_at_the_residual_and_never_rises_in_energy() -> None:
     # On 64 points there is no coarser grid: one pair for an iteration, and a few to begin and to check.
     assert solution.iterations < solution.fft_pairs < solution.iterations + 4
     assert solution.require() is solution
+
+
+@pytest.mark.parametrize(
+    ("name", "good", "bad"),
+    [
+        ("max_iterations", 1, 0), ("shift", 1e-300, 0.0), ("warm_grids", 0, -1), ("threads", 1, 0),
+        ("threads", 1024, 1025),
+    ],
+)  # fmt: skip
+def test_settings_go_to_their_bounds(name: str, good: float, bad: float) -> None:
+    assert getattr(Settings(1e-300, **{name: good}), name) == good
+    with pytest.raises(ArgumentError, match=f"^{name} = "):
+        Settings(1e-6, **{name: bad})
+    with pytest.raises(ArgumentError, match=r"^tolerance = "):
+        Settings(0.0)
+    assert Settings(1e-6, shift=0.01).coarser() == Settings(1e-6, shift=0.02)

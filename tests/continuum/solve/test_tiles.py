@@ -12,6 +12,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine
+from continuum.model.walls import LennardJonesSpline, attraction_on_core
 from continuum.solve.compiled import near_field
 from continuum.solve.compiled import tiles as tiles_of_cpu
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
@@ -145,6 +146,25 @@ def test_the_way_to_the_coarse_grid_and_back_is_by_cubic_splines(spots: Spots) -
     np.testing.assert_allclose(out, 1 + engine.gather(exact), atol=2e-6)
 
 
+def test_the_stiffness_of_a_wall_is_that_where_it_begins_to_push() -> None:
+    """To a step of two thousand over twice its reach, over which that of the paper's law changes by 0.01 E*/a0."""
+    for k in (0.5, 2.0):
+        assert tiles_of_cpu._stiffness(LennardJonesSpline(0.3, k).law) == pytest.approx(k, rel=0.03)
+    assert tiles_of_cpu._stiffness(attraction_on_core("spline", 0.01, 0.3, 5.0).law) == pytest.approx(5.0, rel=1e-3)
+    pulling = LennardJonesSpline(0.3).law._replace(parameters=np.array([0.0, 0.7, 0.3, 0.0]))
+    assert tiles_of_cpu._stiffness(pulling) == 0.0
+
+
+def test_tiles_pay_where_there_are_some_and_few(small: None) -> None:
+    """Up to a share, which is less on grids of less than twice the smallest."""
+    for points, share in (((256, 256), 0.25), ((128, 256), 0.175)):
+        grid = Grid(points, (float(points[0]), float(points[1])))
+        whole = pressed(grid, HalfSpace("free").stiffness(grid))
+        for marks, pays in ((0.0, False), (share, True), (share + 1e-3, False)):
+            marked = np.arange(1000) < round(1000 * marks)
+            assert whole.pays(marked, 0.25) == pays
+
+
 def test_a_wall_lies_in_series_with_the_substrate(spots: Spots) -> None:
     """The preconditioner of a wall of stiffness k is that of K/(1 + K/k), the response G that of K alone."""
     grid, K, engine, contact = spots
@@ -160,10 +180,11 @@ def test_a_wall_lies_in_series_with_the_substrate(spots: Spots) -> None:
     # Where the wall is about as stiff it gives what is missing that preconditioner over k, elsewhere the same back.
     tiles = Tiles(engine.whole, split, contact.reshape(8, SIDE, 16, SIDE).any(axis=(1, 3)))
     missing, stiff = np.random.default_rng(5).normal(size=tiles.shape), tiles.gather(1.0 * contact) > 0
-    out, expected = tiles.field(), tiles.field()
+    out, expected, before = tiles.field(), tiles.field(), split.far.transforms
     tiles.relent(missing, np.where(stiff, np.float32(0.36), np.float32(0.34)), out)
     tiles.stiffen(stiff, expected, softest / (1 + softest / k), missing, 0.0)
     np.testing.assert_array_equal(out, np.where(stiff, expected / k, missing))
+    assert split.far.transforms == before + 4  # a pair each
 
 
 def test_a_response_that_is_not_even_has_no_tiles(small: None) -> None:

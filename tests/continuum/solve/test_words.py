@@ -19,9 +19,10 @@ from continuum.model.walls import LennardJonesSpline
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import NumPy
 from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
-from continuum.solve.compiled import passes
+from continuum.solve.compiled import passes, tractions
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid
 from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
+from continuum.solve.compiled.tractions import Pull
 from continuum.solve.conjugate import COARSE_ITERATIONS, COARSE_REDUCTION, Line, conjugate_line
 from continuum.solve.smooth import SLOPE_ACCEPTED, SLOPE_REDUCTION, _step
 
@@ -73,6 +74,7 @@ def test_words_under_a_bound(most: float, mean: float) -> None:
     near[3:20, 5:40] = rng.random((17, 35)) < 0.4  # columns beside them have nothing near by
     near[30, 66] = True
     both.say("set_problem", random[0], None, lift=0.3, sink=0.1, mean_stiffness=mean, most=most)
+    assert {each.work[1:] for each in (both.compiled, both.plain)} == {(0.0, 0, 0.0)}
     pressure, gap = np.minimum(near * rng.random(GRID.shape), most), np.where(near, random[1], np.abs(random[1]) + 0.1)
     gap[10:12, 20:40] = -0.2
     both.put(p=pressure, z=gap, t=np.where(pressure > 0, random[2], 0.0), change=random[0] ** 2, m=random[1] ** 2)
@@ -111,6 +113,31 @@ def test_words_under_a_bound(most: float, mean: float) -> None:
         np.testing.assert_allclose(one, other, atol=1e-14)
 
 
+@pytest.mark.parametrize("pressure", [None, 0.05])
+@pytest.mark.parametrize("most", [np.inf, 0.2])
+def test_a_guess_is_the_traction_under_which_a_start_is_where_it_is(pressure: float | None, most: float) -> None:
+    """Where it presses more than closing the gap there would take; of a start that lies off zero, too."""
+    rng, K = np.random.default_rng(6), HalfSpace("free").stiffness(GRID)
+    both = Both(CompiledBoundGrid(GRID, K, 1, 16), ArrayBoundGrid(NumPy(), GRID, K, 16))
+    for level in (-0.3, 0.4):
+        heights, start = rng.normal(size=(2, *GRID.shape)) * [[[0.1]], [[0.02]]]
+        posed = {"lift": 0.3, "sink": 0.1, "mean_stiffness": np.inf if pressure is None else 0.0, "most": most}
+        both.say("set_problem", heights, np.abs(start) + level, **posed)
+        both.say("guess", pressure, look=["p"])
+        assert 0.05 < np.count_nonzero(both.plain.p) / GRID.size < 0.95
+        assert both.compiled.work.fft_pairs == both.plain.work.fft_pairs == 1.0
+
+
+def test_where_the_preconditioner_gives_nothing_all_of_the_contact_counts_alike() -> None:
+    rng, K = np.random.default_rng(5), np.zeros(GRID.shape_q)
+    both = Both(CompiledBoundGrid(GRID, K, 1, 16), ArrayBoundGrid(NumPy(), GRID, K, 16))
+    both.say("set_problem", np.ones(GRID.shape), None, lift=0.0, sink=0.0, mean_stiffness=np.inf, most=np.inf)
+    both.put(p=1.0 * (rng.random(GRID.shape) < 0.1), z=np.ones(GRID.shape))
+    both.say("select", 0.0, look=["mask"])
+    both.say("renew", look=["m"])
+    np.testing.assert_array_equal(both.plain.m, both.plain.p)
+
+
 def spectra(both: Both, *names: str) -> None:
     """The same modes, which either grid holds as pairs of real numbers."""
     rows, columns = both.plain.grid.shape_q
@@ -136,6 +163,7 @@ def test_words_of_a_smooth_energy(mean: float, levels: int) -> None:
     start[25:, 64:] += 30.0
     pressure = 0.03 if np.isfinite(mean) else 0.0
     both.say("set_problem", LAW, offset, start, lift=1.1, pressure=pressure, mean_stiffness=mean)
+    assert {each[1:] for grid in (both.compiled, both.plain) for each in grid.work} == {(0.0, 0, 0.0)}
     both.say("go_to_start", look=["z", "traction"])
     spectra(both, "g")
     alpha, beta = 0.0, 0.0
@@ -163,6 +191,11 @@ def test_words_of_a_smooth_energy(mean: float, levels: int) -> None:
         both.say("move", 0.015, 0.035, look=["z", "traction"])
         alpha, beta = 0.035, after
     assert both.compiled.trials == both.plain.trials == 8
+    (finest, *coarser), (other, *others) = both.compiled.work, both.plain.work
+    # Sweeps transform the traction as each of two moves makes it, and at the start; whole arrays the last one only.
+    assert (finest.fft_pairs, other.fft_pairs) == (7.0, 4.5)
+    assert [each[:3] for each in coarser] == [each[:3] for each in others]
+    assert not any(each.fft_seconds for each in both.plain.work)
     assert both.compiled.near[:, 0].all()
     np.testing.assert_array_equal(both.compiled.near[:, 1], np.arange(40) < 25)
     assert both.say("residual") > 0
@@ -179,6 +212,19 @@ def test_words_of_a_smooth_energy(mean: float, levels: int) -> None:
     spectra(both, "g")
     both.say("go_to_zero", look=["z", "traction"])
     spectra(both, "g")
+
+
+def test_what_comes_near_the_wall_and_goes_back_feels_nothing() -> None:
+    """Of two steps that add up to none: where it begins and ends it is out of reach."""
+    n, z, d = 70, np.full((4, 78), 1.5), np.ones((4, 78))
+    out, traction, sums = np.full((4, 78), 7.0), np.zeros((4, 78)), np.ones(6)
+    wall = Pull(np.zeros((4, 2), dtype=bool), traction, np.zeros((4, 78), np.float32))
+    tractions.move_gap(0, 4, sums, out, z, d, n, 0.4, 0.4, LAW, wall)
+    assert (traction[:, :n] < 0).all()
+    assert wall.stiffness[:, :n].all()
+    tractions.move_gap(0, 4, sums, out, z, d, n, -0.4, 0.0, LAW, wall)
+    for each in (traction, wall.stiffness, out[:, :n], sums[:4]):
+        assert not each.any()
 
 
 # --- what the mathematics makes of the answers --------------------------------------------------------------

@@ -20,7 +20,8 @@ from continuum.model.walls import HardWall, LennardJonesSpline, Wall
 from continuum.path.loading import solve
 from continuum.solve.compiled import passes, pressed
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid
-from continuum.solve.solution import Settings, Work
+from continuum.solve.smooth import _stalls
+from continuum.solve.solution import Closer, Goal, Iteration, Settings, Work
 
 GRID = Grid((256, 320), (256.0, 320.0))
 HEIGHTS = SelfAffine(0.8, 0.1, 8, 64).synthesise(GRID, np.random.default_rng(5))
@@ -77,3 +78,39 @@ def test_time_in_transforms_is_that_of_each_half_in_each_block_over_the_threads(
     bound._split = SimpleNamespace(far=SimpleNamespace(transforms=6, size=grid.size / 16, fft_seconds=3.0))
     assert bound.work == Work(grid.shape, 1 + 3 / 16, 0, 8 / min(threads, 2) + 3.0)
     assert Work((2, 3), 0.5, 2, 1.5).plus(Work((2, 3), 0.25, 3, 1.0)) == Work((2, 3), 0.75, 5, 2.5)
+
+
+def test_a_goal_becomes_finer_where_a_gap_is_worth_it_and_looser_where_that_is_left() -> None:
+    seen = list[float]()
+
+    def look() -> np.ndarray:
+        seen.append(1.0)
+        return np.ones(1)
+
+    plain = Goal(1e-3)
+    assert [plain.reached(residual, look) for residual in (2e-3, 1e-3, np.nan)] == [False, True, False]
+    assert (plain.last, plain.hopeless(look), seen) == (1e-3, False, [])
+    goal = Goal(1e-3, Closer(1e-6, lambda gap: len(seen) > 1, lambda gap: len(seen) > 3))
+    assert goal.reached(1e-3, look)  # not worth it
+    assert (goal.last, goal.bound) == (1e-6, 1e-3)
+    assert not goal.reached(1e-3, look)
+    assert (goal.bound, len(seen)) == (1e-6, 2)
+    assert not goal.reached(1e-5, look)
+    assert not goal.hopeless(look)  # once it was worth it
+    assert goal.reached(1e-6, look)
+    assert not goal.reached(2e-3, look)  # another state
+    assert (goal.bound, len(seen)) == (1e-3, 2)
+    assert not goal.hopeless(look)
+    assert goal.hopeless(look)
+    assert goal.reached(1e-7, look)  # fine enough without a look
+    assert len(seen) == 4
+
+
+@pytest.mark.parametrize(("falls", "stalls"), [(0.9, True), (0.82, True), (0.81, False), (0.5, False), (np.nan, False)])
+def test_a_solve_stalls_where_its_residual_falls_by_less_than_a_fifth_in_eight_iterations(
+    falls: float, stalls: bool
+) -> None:
+    """Of the last ones alone: what it did before does not count, and so many are needed."""
+    history = [Iteration(1e9, 0.0, 1.0), *(Iteration(falls**i, 0.0, 1.0) for i in range(9))]
+    assert _stalls(history, 8) is stalls
+    assert not _stalls(history, 7)
