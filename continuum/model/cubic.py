@@ -11,6 +11,7 @@ its two faces, which stay finite however thick it grows (the stiffness-matrix me
 Wang, J. Acoust. Soc. Am. 112, 822 (2002)).
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -105,11 +106,20 @@ def directional_contact_modulus(constants: CubicConstants, angle: Real) -> Real:
 
     Raises ValueError if the crystal is not stable.
     """
-    samples = np.arange(_DIRECTIONS, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
-    series = np.fft.rfft(2 * surface_stiffness(constants, samples, np.array(THICK))).real / _DIRECTIONS
-    series[1:-1] *= 2
     # cos 4jθ is the Chebyshev polynomial T_j of cos 4θ.
+    series = _directional_series(constants)
     return np.asarray(np.polynomial.chebyshev.chebval(np.cos(4 * np.asarray(angle)), series), dtype=np.float64)
+
+
+@lru_cache(maxsize=64)
+def _directional_series(constants: CubicConstants) -> Real:
+    """The coefficients of E*(θ), from one half of the samples, which is the mirror image of the other."""
+    samples = np.arange(_DIRECTIONS // 2 + 1, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
+    half = 2 * surface_stiffness(constants, samples, np.array(THICK))
+    series = np.fft.rfft(np.concatenate([half, half[-2:0:-1]])).real / _DIRECTIONS
+    series[1:-1] *= 2
+    series.flags.writeable = False
+    return series
 
 
 def contact_modulus(constants: CubicConstants, directions: int = 128) -> float:

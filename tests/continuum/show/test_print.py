@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -37,7 +36,7 @@ def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figu
 
 
 def test_figures_of_a_prediction() -> None:
-    """Of two bodies, with the state of their threshold and with bounds only."""
+    """Of two bodies that are pressed; in ``test_predict.py`` are some that are not."""
     grid = Grid.square(32)
     maps = [
         Topography(SelfAffine(0.8, 0.1, 8.0, 16.0).synthesise(grid, np.random.default_rng(seed)), grid.lengths, True)
@@ -46,9 +45,7 @@ def test_figures_of_a_prediction() -> None:
     found = prediction_of(maps, Interface(1.0, 0.005, 0.35, 1.0))
     solved = found.solved(search=False)
     assert solved.threshold is not None
-    bounds = replace(solved.threshold, low=0.0, high=np.inf, curve=())
-    for one in (solved, replace(solved, threshold=bounds)):
-        assert faults_in_print(overview(one)) == []
+    assert faults_in_print(overview(solved)) == []
 
 
 def test_the_figure_of_a_faulty_map() -> None:

@@ -18,8 +18,8 @@ from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.show.prediction_data import remedy_options
 from continuum.show.prediction_figures import fault_figure
-from continuum.sticky.materials import Interface
 from continuum.sticky import threshold
+from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import prediction_of
 from continuum.topography import faults
 from continuum.topography.faults import LEVELLING, ROUGHENING, directions, find_faults
