@@ -182,7 +182,7 @@ def test_the_argument_that_is_wrong_is_named(maps: Any, options: dict[str, Any],
 
 @pytest.mark.parametrize("name", [name for name in inspect.signature(c.predict).parameters if name != "maps"])
 @given(value=ANYTHING)
-@settings(max_examples=3)  # of each of 25 options
+@settings(max_examples=2)  # of each of 25 options
 def test_no_argument_of_predict_ends_in_an_error_from_the_depths(name: str, value: object) -> None:
     if name == "solve" and isinstance(value, bool | np.bool_) and value:
         return  # that would be a long test of the solver

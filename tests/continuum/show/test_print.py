@@ -15,13 +15,11 @@ import continuum
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.show import plot
-from continuum.show.prediction_figures import fault_figure, overview
+from continuum.show.prediction_figures import overview
 from continuum.show.run_figures import draw_analysis, draw_run, map_figure
 from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import prediction_of
 from continuum.topography.map import Topography
-from continuum.topography.mending import detrend
-from tests.faulty_maps import faulty
 from tests.printed import faults_in_print
 
 
@@ -46,11 +44,6 @@ def test_figures_of_a_prediction() -> None:
     solved = found.solved(search=False)
     assert solved.threshold is not None
     assert faults_in_print(overview(solved)) == []
-
-
-def test_the_figure_of_a_faulty_map() -> None:
-    found = prediction_of([detrend(faulty("outlier lines", 1))], Interface(1e9, 0.05, 1e-9, None))
-    assert faults_in_print(fault_figure(found)) == []
 
 
 def test_a_figure_has_the_pixels_of_print(print_quality: float) -> None:

@@ -30,6 +30,7 @@ from continuum.topography.roughness import roughness_of
 from continuum.topography.scanlines import scan_lines
 from tests.faulty_maps import FAULTS, PIXEL, clean, cut_out, faulty
 from tests.kinds import covering
+from tests.printed import faults_in_print
 
 BAND = 1.35
 """A mended map has the threshold of the clean one within this factor.  Lines leave their share of white noise, a
@@ -357,6 +358,7 @@ def test_holes_are_filled_or_cut_only_as_asked(
     assert not (tmp_path / "out").exists()
 
 
-def test_the_figure_of_faults_marks_the_lines() -> None:
-    figure = fault_figure(prediction_of([as_measured("outlier lines")], INTERFACE))
+def test_the_figure_of_faults_marks_the_lines_and_can_be_printed() -> None:
+    figure = fault_figure(by_default("outlier lines")[0])
     assert len(figure.axes[0].lines) > 1
+    assert faults_in_print(figure) == []
