@@ -61,8 +61,8 @@ def fuller_tabor(ratio: float) -> float:
         integral = scipy.integrate.simpson(weighed, dx=1 / parts) * (top - bottom)[..., 0]
         return np.asarray(integral / (unit * math.sqrt(2 * math.pi)))
 
-    # Where it is about, 200 parts tell as well.
-    return _largest_tension(load, lambda t: load(t, 200), -3.0, 6.0 + 1 / ratio) / 1.5
+    # Where it is about, 100 parts tell as well.
+    return _largest_tension(load, lambda t: load(t, 100), -3.0, 6.0 + 1 / ratio) / 1.5
 
 
 def dmt_asperities(ratio: float) -> float:

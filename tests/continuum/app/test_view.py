@@ -265,6 +265,7 @@ def example(name: str) -> str:
     return str(found)
 
 
+@pytest.mark.usefixtures("unpressed")
 @pytest.mark.parametrize("option", OPTIONS)
 def test_an_option_has_the_answer_that_the_terminal_has_for_the_same_words(
     option: str, map_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -280,7 +281,6 @@ def test_an_option_has_the_answer_that_the_terminal_has_for_the_same_words(
         return made[key] if key in made else made.setdefault(key, prediction_of(maps, *of))  # type: ignore[arg-type]
 
     monkeypatch.setattr("continuum.front.predict.prediction_of", once)
-    monkeypatch.setattr(Prediction, "no_map", "maps are not pressed here")
     monkeypatch.setattr(Prediction, "write", lambda *given: ["page"])
     monkeypatch.chdir(tmp_path)
     names = ("one.h5", "two.h5")

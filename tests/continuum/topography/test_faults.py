@@ -52,7 +52,8 @@ def pressed(kind: str) -> Prediction:
     """A map with a fault as it was measured, or a clean one, pressed without adhesion."""
     topography = detrend(clean()) if kind == "clean" else as_measured(kind)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(threshold, "LINEAR", 128**2)  # of 512² with mirror images: w_c/w_DMT, which is near one here
+        for name in ("FINEST", "LINEAR"):  # of 512² with mirror images: three points to the shortest wave
+            patch.setattr(threshold, name, 256**2)
         return prediction_of([topography], INTERFACE, kind=Prediction).solved(search=False)
 
 
