@@ -280,7 +280,7 @@ def test_every_figure_is_made_for_print_and_has_its_numbers_beside_it(name: str,
     assert drawing.figure.legends
 
 
-@pytest.mark.parametrize("name", ["figure2", "figure4"])
+@pytest.mark.parametrize("name", ["figure2", pytest.param("figure4", marks=pytest.mark.long)])
 def test_a_figure_is_drawn_from_the_table_beside_it_alone(name: str, tmp_path: Path) -> None:
     drawing = FIGURES[name].make(SweepData(table(), tmp_path))
     _, numbers = save_drawing(drawing, tmp_path / name)

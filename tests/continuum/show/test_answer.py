@@ -196,6 +196,7 @@ def test_a_row_has_the_threshold_its_error_faults_and_the_parameters_of_instrume
     assert "Sq_m" not in row(KINDS["line"]())  # a spectrum has no heights
 
 
+@pytest.mark.usefixtures("unpressed")
 def test_ten_lines_and_a_page_that_begins_with_the_answer(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

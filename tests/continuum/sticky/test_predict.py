@@ -348,6 +348,7 @@ def test_the_shortest_range_that_pixels_resolve_snaps_above_two_of_them() -> Non
         check_resolved(surface(32), shortest_range(surface(32), 10.0))
 
 
+@pytest.mark.usefixtures("unpressed")
 def test_many_files_are_one_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in "ab":
         np.save(tmp_path / f"{name}.npy", surface(32).heights)
