@@ -12,6 +12,7 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, simpson
+from scipy.interpolate import CubicSpline
 from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
@@ -125,6 +126,16 @@ def test_a_table_converges_to_the_law_it_samples() -> None:
 def test_a_table_that_is_no_wall_is_refused(gap: list[float], traction: list[float], fault: str) -> None:
     with pytest.raises(ValueError, match=fault):
         TabulatedWall(np.array(gap), np.array(traction))
+
+
+@given(st.integers(4, 12), st.integers(0, 2**32), st.sampled_from([-1.0, 0.0, 0.5, 2.0]))
+def test_the_zero_of_a_table_is_the_first_root_of_its_spline(knots: int, seed: int, level: float) -> None:
+    """Also where the traction changes its sign twice between two knots, or never."""
+    rng = np.random.default_rng(seed)
+    gap, traction = np.cumsum(rng.uniform(0.1, 1.0, knots)), level + rng.normal(size=knots)
+    traction[0], traction[-1] = 1.0, 0.0
+    roots = CubicSpline(gap, traction).roots(extrapolate=False)
+    assert TabulatedWall(gap, traction).zero_gap == min(roots[np.isfinite(roots)], default=gap[-1])
 
 
 @pytest.mark.parametrize("bad", [{"range": -0.1}, {"range": np.nan}, {"range": 0.1, "core": 1.2}])
