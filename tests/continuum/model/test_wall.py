@@ -60,6 +60,10 @@ def test_effective_range_is_1_05659_of_the_range(range_: float) -> None:
     found = paper.effective_range(lambda x: -float(wall.evaluate(np.array(1 + x)).traction), cutoff=range_)
     assert found / range_ == pytest.approx(1.05659, abs=5e-6)
     assert wall.effective_range == pytest.approx(found, rel=1e-10)
+    table = table_of(wall, 400)
+    of_table = paper.effective_range(lambda x: -float(table.evaluate(np.array(table.zero_gap + x)).traction), range_)
+    assert table.effective_range == pytest.approx(of_table, rel=1e-8)  # the quadrature crosses 200 knots
+    assert table.effective_range == pytest.approx(found, rel=1e-3)
 
 
 def test_effective_ranges_of_the_untruncated_laws() -> None:
