@@ -107,17 +107,19 @@ def directional_contact_modulus(constants: CubicConstants, angle: Real) -> Real:
     Raises ValueError if the crystal is not stable.
     """
     # cos 4jθ is the Chebyshev polynomial T_j of cos 4θ.
-    found = np.polynomial.chebyshev.chebval(np.cos(4 * np.asarray(angle)), _series(constants))
-    return np.asarray(found, dtype=np.float64)
+    series = _directional_series(constants)
+    return np.asarray(np.polynomial.chebyshev.chebval(np.cos(4 * np.asarray(angle)), series), dtype=np.float64)
 
 
 @lru_cache(maxsize=64)
-def _series(constants: CubicConstants) -> Real:
-    """Coefficients of cos 4jθ in E*(θ): of one crystal many ask, of a deck each number in its own unit."""
-    samples = np.arange(_DIRECTIONS, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
-    series = np.fft.rfft(2 * surface_stiffness(constants, samples, np.array(THICK))).real / _DIRECTIONS
+def _directional_series(constants: CubicConstants) -> Real:
+    """The coefficients of E*(θ), from one half of the samples, which is the mirror image of the other."""
+    samples = np.arange(_DIRECTIONS // 2 + 1, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
+    half = 2 * surface_stiffness(constants, samples, np.array(THICK))
+    series = np.fft.rfft(np.concatenate([half, half[-2:0:-1]])).real / _DIRECTIONS
     series[1:-1] *= 2
-    return np.asarray(series)
+    series.flags.writeable = False
+    return series
 
 
 def contact_modulus(constants: CubicConstants, directions: int = 128) -> float:

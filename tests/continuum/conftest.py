@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import continuum.front.sweeps
+from continuum.front.predict import Prediction
 from tests.problems import SMALL
 from tests.tasks import tasks_here
 
@@ -18,6 +19,12 @@ def small(tmp_path: Path) -> Path:
     path = tmp_path / "small.toml"
     path.write_text(SMALL)
     return path
+
+
+@pytest.fixture
+def unpressed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Predictions press no map: for tests of what is read, and of what is asked."""
+    monkeypatch.setattr(Prediction, "no_map", "maps are not pressed here")
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -5,6 +5,7 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
+import scipy
 from pydantic import BeforeValidator, Field, model_validator
 
 from continuum.model import laws
@@ -59,6 +60,13 @@ class InversePowers(Wall):
         m, n = self.powers
         strongest = (m + 1) / (n + 1)
         return np.array([strongest, strongest * (m + 2) / (n + 2)]) ** (1 / (m - n))
+
+    @cached_property
+    def effective_range(self) -> float:
+        """Effective range of the attraction, Eq. (S-5): beta functions of the powers alone."""
+        m, n = self.powers
+        weighted = scipy.special.beta(2 / 3, n + 1 / 3) - scipy.special.beta(2 / 3, m + 1 / 3)
+        return float((2 / 3 * weighted / (1 / n - 1 / m)) ** -3)
 
     @property
     def equivalent_range(self) -> float:

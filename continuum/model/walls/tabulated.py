@@ -93,6 +93,16 @@ class TabulatedWall(Wall):
         """From ``zero_gap`` to the last knot, in a0."""
         return float(self.gap[-1]) - self.zero_gap
 
+    @cached_property
+    def effective_range(self) -> float:
+        """Effective range of the attraction, Eq. (S-5): both integrands are polynomials of Δ^(1/3) between knots."""
+        ends = np.cbrt(np.append(self.zero_gap, self.gap[self.gap > self.zero_gap]) - self.zero_gap)[:, np.newaxis]
+        nodes, weights = np.polynomial.legendre.leggauss(6)  # exact to the power of 11
+        s = (ends[:-1] * (1 - nodes) + ends[1:] * (1 + nodes)) / 2
+        pull = -self.evaluate(self.zero_gap + s**3).traction * weights * np.diff(ends, axis=0)
+        weighted, work = np.sum(pull * s), np.sum(pull * s * s)
+        return float((2 / 3 * weighted / work) ** -3) if work > 0 else 0.0
+
     @property
     def core(self) -> float:
         """The first knot, in a0."""

@@ -38,6 +38,7 @@ from continuum.model.surface import SelfAffine
 from continuum.options import as_options
 from continuum.runs.result import Result
 from continuum.show.answer import statements
+from continuum.sticky.prediction import prediction_of
 from continuum.sticky.tables import OPTIONS
 from continuum.sweeps.workers import Worker
 from continuum.topography.faults import MapFault
@@ -264,12 +265,22 @@ def example(name: str) -> str:
     return str(found)
 
 
+@pytest.mark.usefixtures("unpressed")
 @pytest.mark.parametrize("option", OPTIONS)
 def test_an_option_has_the_answer_that_the_terminal_has_for_the_same_words(
     option: str, map_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Or the same refusal; of two maps, whose files say the unit, and that are not pressed."""
-    monkeypatch.setattr(Prediction, "no_map", "maps are not pressed here")
+    """Or the same refusal; of two maps, whose files say the unit, and that are not pressed.
+
+    Where both ask the same of the same maps, one prediction is made for both.
+    """
+    made = dict[object, Any]()
+
+    def once(maps: list[Topography], *of: object) -> Any:
+        key = tuple((one.digest, one.lengths, one.steps, one.source) for one in maps), repr(of)
+        return made[key] if key in made else made.setdefault(key, prediction_of(maps, *of))  # type: ignore[arg-type]
+
+    monkeypatch.setattr("continuum.front.predict.prediction_of", once)
     monkeypatch.setattr(Prediction, "write", lambda *given: ["page"])
     monkeypatch.chdir(tmp_path)
     names = ("one.h5", "two.h5")

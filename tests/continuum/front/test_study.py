@@ -20,7 +20,7 @@ from continuum.sticky.criteria import Answer
 from continuum.sticky.study import Spot, ranked, scans
 from tests.problems import Rough
 
-KNOWN: dict[str, Any] = {"size": "640nm", "unit": "nm", "material": "silica"}
+KNOWN: dict[str, Any] = {"size": "480nm", "unit": "nm", "material": "silica"}
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def folder(tmp_path: Path) -> Path:
     place.mkdir()
     for sample, factor in (("polished", 2.0), ("ground", 6.0)):
         for spot in (1, 2):
-            rough = Rough(64, seed=spot, lambda_s=4.0, lambda_L=24.0, hurst=0.7)  # with waves as on the record's
+            rough = Rough(48, seed=spot, lambda_s=4.0, lambda_L=24.0, hurst=0.7)  # with waves as on the record's
             np.save(place / f"{sample}_{spot}.npy", factor * rough.heights())
     return place
 
@@ -112,7 +112,7 @@ def test_a_folder_is_ranked_in_a_table_on_a_page_and_in_files(
     assert first.spots[0].found.json() == alone.json()
     assert first.margin > 5 * second.margin
     out = tmp_path / "out"
-    options = ["--size", "640nm", "--unit", "nm", "--material", "silica", "-o", str(out)]
+    options = ["--size", "480nm", "--unit", "nm", "--material", "silica", "-o", str(out)]
     assert main(["predict", str(folder), *options]) == 0
     said = capsys.readouterr().out
     assert said.startswith("polished is the stickiest of 2 samples")
@@ -146,7 +146,7 @@ def test_magnifications_of_a_spot_are_joined(folder: Path) -> None:
     for path in list(folder.glob("*.npy")):
         np.save(path.with_name(f"{path.stem}_close.npy"), np.load(path) / 8)
         path.rename(path.with_name(f"{path.stem}_wide.npy"))
-    rows = [f"{p.name},{p.stem.split('_')[0]},{p.stem.split('_')[1]},{'80nm' if 'close' in p.stem else '640nm'}"
+    rows = [f"{p.name},{p.stem.split('_')[0]},{p.stem.split('_')[1]},{'60nm' if 'close' in p.stem else '480nm'}"
             for p in sorted(folder.glob("*.npy"))]  # fmt: skip
     (folder / "study.csv").write_text("\n".join(["file, sample, spot, size", *rows]))
     found = c.study(folder, unit="nm", material="silica")
@@ -155,7 +155,7 @@ def test_magnifications_of_a_spot_are_joined(folder: Path) -> None:
         assert spot.found is not None
         assert spot.found.topographies[0].measurements == 2
     joined = c.predict(
-        folder / "ground_1_close.npy", folder / "ground_1_wide.npy", join=True, size=["80nm", "640nm"], unit="nm",
+        folder / "ground_1_close.npy", folder / "ground_1_wide.npy", join=True, size=["60nm", "480nm"], unit="nm",
         material="silica", solve=False,
     )  # fmt: skip
     ground = next(spot for spot in found.spots if (spot.sample, spot.name) == ("ground", "1"))
@@ -239,7 +239,7 @@ def test_a_spot_that_cannot_be_used_is_named_and_left_out(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     np.save(folder / "ground_3.npy", np.ones((32, 32)))
-    options = ["--size", "640nm", "--unit", "nm", "--material", "silica", "-o", str(tmp_path / "out")]
+    options = ["--size", "480nm", "--unit", "nm", "--material", "silica", "-o", str(tmp_path / "out")]
     assert main(["predict", str(folder), *options]) == 1
     said = capsys.readouterr().out
     assert "ground, spot 3: left out: ground_3.npy: all heights are equal" in said

@@ -61,6 +61,10 @@ def test_effective_range_is_1_05659_of_the_range(range_: float) -> None:
     found = paper.effective_range(lambda x: -float(wall.evaluate(np.array(1 + x)).traction), cutoff=range_)
     assert found / range_ == pytest.approx(1.05659, abs=5e-6)
     assert wall.effective_range == pytest.approx(found, rel=1e-10)
+    table = table_of(wall, 400)
+    of_table = paper.effective_range(lambda x: -float(table.evaluate(np.array(table.zero_gap + x)).traction), range_)
+    assert table.effective_range == pytest.approx(of_table, rel=1e-8)  # the quadrature crosses 200 knots
+    assert table.effective_range == pytest.approx(found, rel=1e-3)
 
 
 def test_effective_ranges_of_the_untruncated_laws() -> None:
@@ -154,6 +158,16 @@ def test_a_table_that_ends_steeply_softens_most_just_before_its_end() -> None:
 def test_a_table_that_is_no_wall_is_refused(gap: list[float], traction: list[float], fault: str) -> None:
     with pytest.raises(ValueError, match=fault):
         TabulatedWall(np.array(gap), np.array(traction))
+
+
+@given(st.integers(4, 12), st.integers(0, 2**32), st.sampled_from([-1.0, 0.0, 0.5, 2.0]))
+def test_the_zero_of_a_table_is_the_first_root_of_its_spline(knots: int, seed: int, level: float) -> None:
+    """Also where the traction changes its sign twice between two knots, or never."""
+    rng = np.random.default_rng(seed)
+    gap, traction = np.cumsum(rng.uniform(0.1, 1.0, knots)), level + rng.normal(size=knots)
+    traction[0], traction[-1] = 1.0, 0.0
+    roots = CubicSpline(gap, traction).roots(extrapolate=False)
+    assert TabulatedWall(gap, traction).zero_gap == min(roots[np.isfinite(roots)], default=gap[-1])
 
 
 @pytest.mark.parametrize("bad", [{"range": -0.1}, {"range": np.nan}, {"range": 0.1, "core": 1.2}])

@@ -25,7 +25,6 @@ DEPTHS = '[sweep.axes]\n"loading.targets" = [{from = 1.8, to = 1.4, step = -0.1}
 WALLS = """
 [sweep.axes]
 "wall" = [{law = "hard"}, {law = "lennard-jones-spline", adhesion_length = 0.005}]
-"surface.seed" = [1, 2]
 """
 
 

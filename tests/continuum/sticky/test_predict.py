@@ -36,6 +36,7 @@ from continuum.topography.map import Topography
 from continuum.topography.mending import detrend
 from continuum.topography.reading import read_all, read_topography
 from tests.measured import AFM, MEASURED, needs_files, needs_reader
+from tests.printed import faults_in_print
 
 ROOT = Path(__file__).parents[3]
 
@@ -143,7 +144,7 @@ def test_no_map_is_too_odd_for_a_page(pattern: str, periodic: bool) -> None:
     topography = detrend(Topography(1e-9 * heights, (1e-6, 2e-6), periodic))
     found = prediction_of([topography], interface([Body(material=materials()["mica"])]))
     assert all(np.isfinite(row.value) for row in found.estimates)
-    overview(found).canvas.draw()
+    assert faults_in_print(overview(found)) == []
 
 
 def test_two_rough_bodies_stick_less_than_one() -> None:
@@ -347,6 +348,7 @@ def test_the_shortest_range_that_pixels_resolve_snaps_above_two_of_them() -> Non
         check_resolved(surface(32), shortest_range(surface(32), 10.0))
 
 
+@pytest.mark.usefixtures("unpressed")
 def test_many_files_are_one_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in "ab":
         np.save(tmp_path / f"{name}.npy", surface(32).heights)

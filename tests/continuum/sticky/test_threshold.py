@@ -1,6 +1,7 @@
 """The threshold of a map by one state, against searches and what is known of them; and the verdict by it."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,16 @@ from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import UnresolvedError
 from continuum.sticky.prediction import WIDE, PredictionNumbers, prediction_of, unmeasured_shift
 from continuum.sticky.search import WIDTH, find_threshold, search_threshold
-from continuum.sticky.threshold import BEYOND, BEYOND_FEW, FEW_POINTS, Basis, PressedMap, bounds, press_map
+from continuum.sticky.threshold import (
+    BEYOND,
+    BEYOND_FEW,
+    FEW_POINTS,
+    Basis,
+    MapThreshold,
+    PressedMap,
+    bounds,
+    press_map,
+)
 from continuum.theory.rough import threshold_share
 from continuum.topography.map import Topography, mirror
 from tests.continuum.sticky.test_predict import surface
@@ -64,12 +74,16 @@ def test_where_theories_are_off_the_state_is_right() -> None:
     assert np.sum(np.abs(np.log(ratios)) > np.log(2)) >= 2 / 3 * len(ratios)
 
 
+@cache
+def of_a_small_surface() -> MapThreshold:
+    return press_map(surface(64), Interface(1.0, 0.01, RANGE, None)).threshold()
+
+
 @settings(max_examples=5)
 @given(st.floats(-10, 10), st.floats(-10, 10))
 def test_a_threshold_has_the_units_of_its_map(length: float, pressure: float) -> None:
-    base, unit, stress = surface(64), 10.0**length, 10.0**pressure
-    large = Topography(unit * base.heights, (64 * unit, 64 * unit), True)
-    one = press_map(base, Interface(1.0, 0.01, RANGE, None)).threshold()
+    unit, stress, one = 10.0**length, 10.0**pressure, of_a_small_surface()
+    large = Topography(unit * surface(64).heights, (64 * unit, 64 * unit), True)
     other = press_map(large, Interface(stress, 0.01 * stress * unit, RANGE * unit, None)).threshold()
     for name in ("work", "low", "high", "dmt"):
         assert getattr(other, name) == pytest.approx(stress * unit * getattr(one, name), rel=1e-3), name
@@ -128,8 +142,7 @@ def test_a_coarser_grid_has_nearly_the_same_threshold(monkeypatch: pytest.Monkey
 
 
 def test_beyond_its_range_the_interval_is_wide_and_a_search_decides() -> None:
-    topography = surface(64)
-    found = press_map(topography, Interface(1.0, 1.0, RANGE, None)).threshold()
+    topography, found = surface(64), of_a_small_surface()
     assert any("patches touch, fewer than 10" in text for text in found.why)
     assert found.high / found.low > 2
     for work, source in (
@@ -174,7 +187,7 @@ def test_where_no_search_ends_there_are_bounds_and_their_reason(
     monkeypatch.setattr("continuum.sticky.search.bracket_threshold", refuse)
     small = surface(64)
     topography = Topography(1e-9 * small.heights, (64e-9, 64e-9), True)
-    work = press_map(topography, Interface(1e9, 1.0, RANGE * 1e-9, None)).threshold().work
+    work = of_a_small_surface().work
     found = prediction_of([topography], Interface(1e9, work, RANGE * 1e-9, None)).solved()
     assert found.threshold is not None
     assert found.threshold.source is Basis.BOUNDS
@@ -316,12 +329,12 @@ def test_a_map_is_pressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_command_says_what_it_does_and_then_the_answer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    np.save(tmp_path / "map.npy", textured("Gaussian").heights)
-    command = ["predict", str(tmp_path / "map.npy"), "--size", "128nm", "--unit", "nm", "--estar", "1GPa", "--periodic"]
+    np.save(tmp_path / "map.npy", textured("Gaussian", 64).heights)
+    command = ["predict", str(tmp_path / "map.npy"), "--size", "64nm", "--unit", "nm", "--estar", "1GPa", "--periodic"]
     command += ["--range", "1nm", "--work", "1J/m2", "--probe", "1um", "-o", str(tmp_path)]
     assert main(command) == 0
     said = capsys.readouterr()
-    assert said.err.startswith("looking at map.npy, 128 x 128 points")
+    assert said.err.startswith("looking at map.npy, 64 x 64 points")
     assert "pressing map.npy without adhesion" in said.err
     assert "solved in " in said.err
     assert len(said.out.splitlines()) <= 10

@@ -56,15 +56,15 @@ def test_far_away_the_pressure_of_one_wavelength_decays_over_gamma_h_sqrt_2_over
 def test_gaps_have_the_area_that_is_left_and_the_mean_gap(hurst: float, area: float) -> None:
     one = surface(hurst)
     pressure = one.pressure(area)
-    gap = np.linspace(0, 12 * one.rms_height, 5001)
-    density = np.concatenate([one.gaps(pressure)(part) for part in np.array_split(gap, 13)])
+    gap = np.linspace(0, 12 * one.rms_height, 1501)
+    density = np.concatenate([one.gaps(pressure)(part) for part in np.array_split(gap, 4)])
     assert np.trapezoid(density, gap) == pytest.approx(1 - area, rel=2e-3)
     # Gaps below zero are folded back, which makes the mean larger: by a few per cent at 1 %, by a fifth at 20 %.
     mean = np.trapezoid(density * gap, gap)
     assert 1 <= mean / one.separation(pressure) < 1.05 + area
 
 
-@settings(max_examples=5)
+@settings(max_examples=3)
 @given(st.floats(0.2, 0.95), st.floats(0.1, 10), st.floats(0.2, 2))
 def test_stretched_heights_and_range_change_the_work_by_the_square(hurst: float, factor: float, reach: float) -> None:
     one, other = surface(hurst), surface(hurst, 0.1 * factor)
@@ -91,8 +91,8 @@ def test_weak_adhesion_has_its_threshold_where_the_attraction_of_all_gaps_is_the
         lambda gap: 12 * gap / reach**2 * (1 - gap / reach) ** 2,
     )
     # The midpoint rule, in steps of a root: both functions vary most at small gaps.
-    s = (np.arange(4000) + 0.5) / 4000
-    gap, width = reach * s**2, 2 * reach * s / 4000
+    s = (np.arange(1000) + 0.5) / 1000
+    gap, width = reach * s**2, 2 * reach * s / 1000
     seen = density(gap) * width
     for tension in laws:
         assert one.weak_adhesion_threshold(area, tension, reach) == pytest.approx(
@@ -103,7 +103,7 @@ def test_weak_adhesion_has_its_threshold_where_the_attraction_of_all_gaps_is_the
 @pytest.mark.parametrize("reach", [0.2, 1.0, 5.0])
 def test_the_bearing_area_has_its_threshold_at_the_least_work_that_balances_any_pressure(reach: float) -> None:
     one = surface(0.8)
-    pressures = np.geomspace(1e-9, 0.5, 4001) * one.pressure(0.5)
+    pressures = np.geomspace(1e-9, 0.5, 1001) * one.pressure(0.5)
     gaps = np.array([one.separation(p) for p in pressures])
     # A constant tension w/ε on all that the undeformed surface brings nearer than ε.
     nearer = norm.sf((gaps - reach) / one.rms_height) - norm.sf(gaps / one.rms_height)

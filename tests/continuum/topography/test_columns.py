@@ -21,6 +21,8 @@ from continuum.topography.roughness import roughness_of
 from tests.measured import needs_reader
 from tests.problems import Rough
 
+pytestmark = pytest.mark.usefixtures("unpressed")
+
 HEIGHTS = np.random.default_rng(3).normal(size=(20, 24)).cumsum(0).cumsum(1)
 X, Y = (one.ravel() for one in np.meshgrid(np.arange(20) * 0.05 + 3, np.arange(24) * 0.05 - 1, indexing="ij"))
 XYZ = np.stack([X, Y, HEIGHTS.ravel()], axis=1)

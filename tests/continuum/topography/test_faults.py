@@ -30,6 +30,7 @@ from continuum.topography.roughness import roughness_of
 from continuum.topography.scanlines import scan_lines
 from tests.faulty_maps import FAULTS, PIXEL, clean, cut_out, faulty
 from tests.kinds import covering
+from tests.printed import faults_in_print
 
 BAND = 1.35
 """A mended map has the threshold of the clean one within this factor.  Lines leave their share of white noise, a
@@ -51,7 +52,8 @@ def pressed(kind: str) -> Prediction:
     """A map with a fault as it was measured, or a clean one, pressed without adhesion."""
     topography = detrend(clean()) if kind == "clean" else as_measured(kind)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(threshold, "LINEAR", 128**2)  # of 512² with mirror images: w_c/w_DMT, which is near one here
+        for name in ("FINEST", "LINEAR"):  # of 512² with mirror images: three points to the shortest wave
+            patch.setattr(threshold, name, 256**2)
         return prediction_of([topography], INTERFACE, kind=Prediction).solved(search=False)
 
 
@@ -357,6 +359,7 @@ def test_holes_are_filled_or_cut_only_as_asked(
     assert not (tmp_path / "out").exists()
 
 
-def test_the_figure_of_faults_marks_the_lines() -> None:
-    figure = fault_figure(prediction_of([as_measured("outlier lines")], INTERFACE))
+def test_the_figure_of_faults_marks_the_lines_and_can_be_printed() -> None:
+    figure = fault_figure(by_default("outlier lines")[0])
     assert len(figure.axes[0].lines) > 1
+    assert faults_in_print(figure) == []

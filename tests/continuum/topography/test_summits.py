@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -158,7 +159,8 @@ def test_a_small_exponent_and_a_short_roll_off_are_no_noise() -> None:
 def test_an_impossible_map_has_no_verdict(stretch: float, size: float) -> None:
     """Pixels of a centimetre, or slopes of 5, whatever the margin is."""
     topography = Topography(size / N * gaussian(1) * (stretch if stretch < 1e3 else 1.0), (size, size), True, "map")
+    found = prediction_of([topography], Interface(1.0, 1.0, 1e-9, None)).solved(search=False)
     for work in (1e-9, 1e9):
-        verdict = prediction_of([topography], Interface(1.0, work, 1e-9, None)).solved(search=False).verdict
+        verdict = replace(found, contact=replace(found.contact, work_of_adhesion=work)).verdict
         assert verdict.answer == "undecided"
         assert "check size and unit" in verdict.why
