@@ -159,8 +159,8 @@ SETTINGS = Settings(1e-9)
 
 
 def contact(adhesion_length: float = 0.0, slope: float = 0.1, depth: float = 12.0) -> ContactProblem:
-    rough = Rough(24, adhesion_length, seed=2, slope=slope, lambda_L=24.0)
-    return rough.problem(substrate=lattice(24, "springs", depth))
+    rough = Rough(16, adhesion_length, seed=2, slope=slope, lambda_L=16.0)
+    return rough.problem(substrate=lattice(16, "springs", depth))
 
 
 @cache

@@ -218,7 +218,7 @@ def test_a_sphere_on_a_111_face_is_that_of_hertz_with_the_modulus_of_the_face(tm
     radius = 1600.0
     wall = {"law": "lennard-jones-spline", "adhesion_length": 0.0, "minimum_stiffness": 20.0}
     sphere = {"kind": "sphere", "radius": radius}
-    made = a.deck(config(separation=1 - 0.0032, slab={"n": 16, "depth": 12.0}, surface=sphere, wall=wall,
+    made = a.deck(config(separation=1 - 0.0032, slab={"n": 16, "depth": 8.0}, surface=sphere, wall=wall,
                          solver={"tolerance": 1e-7}))  # fmt: skip
     found = run_in_process(write_deck(tmp_path, made)).require()
     period = np.array(found.slab.grid.lengths)
