@@ -637,7 +637,6 @@ def test_the_page_of_a_run_stands_alone(crystal: tuple[ValidateConfig, Path]) ->
         ("validate", '"eam"\nfile = "no-such.eam"', "there is no potential file 'no-such.eam'"),
         ("deck", '"eam"\nfile = "CuNi.eam.alloy"\nelement = "Al"', "'Al' is not among them"),
         ("validate", '"lennard-jones"\ncutoff = 6.0', "forces reach"),
-        ("deck", '"lennard-jones"\ncutoff = 6.0', "forces reach"),
     ],
 )
 def test_a_crystal_that_cannot_be_is_one_message(

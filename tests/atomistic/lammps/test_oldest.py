@@ -22,8 +22,8 @@ SPRINGS = '[interatomic]\nkind = "springs"\n[slab]\nn = 8\ndepth = 2.0\n'
 COPPER = '[interatomic]\nkind = "eam"\nfile = "Cu_mishin1.eam.alloy"\n[slab]\nn = 9\ndepth = 4.0\n'
 DECKS = {
     "equilibrium of springs under any map": 'follows = "atom"\nseparation = 1.1\n' + SPRINGS + ROUGH + LAW,
-    "staircase over a metal": (
-        'follows = "atom"\n' + COPPER + WAVE + LAW + '[protocol]\nkind = "separations"\nseparations = [1.2, 1.15]\n'
+    "staircase": (
+        'follows = "atom"\n' + SPRINGS + WAVE + LAW + '[protocol]\nkind = "separations"\nseparations = [1.2, 1.1]\n'
     ),
     "given pressures": SPRINGS + ROUGH + LAW + '[protocol]\nkind = "mean-pressures"\npressures = [0.01, 0.02]\n',
     "a wave that slides under a load": (
