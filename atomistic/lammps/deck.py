@@ -27,7 +27,7 @@ from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps import crystal_wall, plugin
 from atomistic.lammps import directory as disk
 from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal
-from atomistic.lammps.language import filled, formatted, listing, read_template, words
+from atomistic.lammps.language import filled, formatted, listing, read_template, vocabulary
 from atomistic.lammps.law import NO_CORE, TOLERANCE, name_of, native_law, wall_table
 from atomistic.lammps.protocol import Protocol, time_unit
 from atomistic.lammps.shape import Shape, check_shape, misfit
@@ -301,7 +301,7 @@ def render(deck: Deck) -> dict[str, str]:
     script, included = ("single", "in.relax") if protocol is None else (protocol.script, protocol.included)
     kinds = (model.atom_style, "site" if shape is None else "position", included, "formulas", deck.wall_force,
              *(["started"] if deck.starts else []))  # fmt: skip
-    chosen = ChainMap(*(words()[kind] for kind in reversed(kinds)))
+    chosen = ChainMap(*(vocabulary()[kind] for kind in reversed(kinds)))
     if protocol is not None:
         values |= {"results": ".N", "steps": protocol.steps, "separations": listing(protocol.separations)}
         values |= protocol.placeholders(model, slab)

@@ -42,7 +42,7 @@ def read_template(name: str) -> str:
 
 
 @cache
-def words() -> dict[str, dict[str, str]]:
+def vocabulary() -> dict[str, dict[str, str]]:
     """Words that fill the templates, by the kind of deck."""
     return tomllib.loads(read_template("words.toml"))
 

@@ -133,7 +133,6 @@ CALLS: Calls = {
 # Made by the functions, and by nobody else; their own methods are below.
 RESULTS = {"DeckCertificate", "DeckRun", "Elastic", "Validation"}
 PATHS = {"directory", "file", "output", "decks", "name", "folder", "path", "paths"}
-ARGUMENTS = [(call, name) for call, (_, good) in CALLS.items() for name in good]
 
 
 def test_every_public_name_is_called() -> None:
@@ -152,17 +151,18 @@ def refused(call: str, name: str, value: Any) -> bool:
         return False
 
 
-@pytest.mark.parametrize(("call", "name"), ARGUMENTS)
-def test_the_example_is_good(call: str, name: str) -> None:
-    if name not in PATHS:
-        assert not refused(call, name, CALLS[call][1][name])
+@pytest.mark.parametrize("call", CALLS)
+def test_the_example_is_good(call: str) -> None:
+    name, value = next(iter(CALLS[call][1].items()))
+    assert name in PATHS or not refused(call, name, value)
 
 
-@pytest.mark.parametrize(("call", "name"), ARGUMENTS)
-def test_what_is_nothing_at_all_is_refused(call: str, name: str) -> None:
-    for value in (object(), float("nan"), {1, 2}, 1j, a, "\0"):
-        if not (name in ("comment", "source", "notes") and value == "\0"):
-            assert refused(call, name, value), value
+@pytest.mark.parametrize("call", CALLS)
+def test_what_is_nothing_at_all_is_refused(call: str) -> None:
+    for name in CALLS[call][1]:
+        for value in (object(), float("nan"), {1, 2}, 1j, a, "\0"):
+            if not (name in ("comment", "source", "notes") and value == "\0"):
+                assert refused(call, name, value), (name, value)
 
 
 def given_to(name: str) -> st.SearchStrategy[Any]:

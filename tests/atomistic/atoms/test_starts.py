@@ -111,14 +111,15 @@ def test_a_deck_goes_on_where_it_was_stopped_also_on_two_ranks_and_with_fewer_st
     a.run_deck(stopped)
     assert (stopped / "state.2.dump").read_bytes() == (whole / "state.2.dump").read_bytes()
     # On two ranks every atom is where it was written, and the sum over both has another order.
-    ranks = run_command(replace(ready, starts=ready.starts[:1]).write(tmp_path / "ranks"), two_ranks())
+    fewer = replace(ready, starts=ready.starts[:1], tolerance=1e-6)
+    ranks = run_command(fewer.write(tmp_path / "ranks"), two_ranks())
     run = a.read(tmp_path / "ranks")
     assert run.steps[0].moved == 0
     assert run.steps[0].evaluations == CONFIRMED
     # The second has none, and starts from the first.
     assert ranks.evaluations > CONFIRMED
     assert run.steps[1].moved > 0.01
-    assert ranks.gap == pytest.approx(a.read(whole).gaps[-1], abs=SOFTNESS * ready.tolerance)
+    assert ranks.gap == pytest.approx(a.read(whole).gaps[-1], abs=SOFTNESS * fewer.tolerance)
     # A longer staircase keeps what is finished.
     deck(separations=[1.2, 1.05, 1.2], start=True).write(whole)
     assert len(a.read(whole).steps) == 2

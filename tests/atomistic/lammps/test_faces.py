@@ -218,7 +218,7 @@ def test_a_sphere_on_a_111_face_is_that_of_hertz_with_the_modulus_of_the_face(tm
     radius = 1600.0
     wall = {"law": "lennard-jones-spline", "adhesion_length": 0.0, "minimum_stiffness": 20.0}
     sphere = {"kind": "sphere", "radius": radius}
-    made = a.deck(config(separation=1 - 0.0032, slab={"n": 16, "depth": 12.0}, surface=sphere, wall=wall,
+    made = a.deck(config(separation=1 - 0.0032, slab={"n": 16, "depth": 8.0}, surface=sphere, wall=wall,
                          solver={"tolerance": 1e-7}))  # fmt: skip
     found = run_in_process(write_deck(tmp_path, made)).require()
     period = np.array(found.slab.grid.lengths)
@@ -232,7 +232,8 @@ def test_a_sphere_on_a_111_face_is_that_of_hertz_with_the_modulus_of_the_face(tm
     assert np.sqrt(np.mean((found.traction - expected) ** 2)) < 0.02 * expected.max()
 
 
-@pytest.mark.parametrize("path", OF_A_CRYSTAL, ids=lambda path: path.stem)
+# Other (111) faces are pressed above and in test_starts.py, and this one, too, by `make long`.
+@pytest.mark.parametrize("path", [p for p in OF_A_CRYSTAL if p.stem != "copper-111"], ids=lambda path: path.stem)
 def test_an_input_of_each_kind_runs_from_end_to_end(path: Path, tmp_path: Path) -> None:
     text = path.read_text()
     (tmp_path / "slab.xyz").write_bytes((INPUTS / "slab.xyz").read_bytes())
@@ -313,12 +314,13 @@ def test_a_crystal_at_300_kelvin_keeps_temperature_load_and_energy_under_a_slidi
 
 def test_a_suffix_of_the_command_line_is_not_in_the_way_of_the_formulas(tmp_path: Path) -> None:
     lennard_jones = {"kind": "lennard-jones"}
-    deck = write_deck(tmp_path / "deck", a.deck(config(interatomic=lennard_jones, crystal={"face": "110"})))
+    made = replace(a.deck(config(interatomic=lennard_jones, crystal={"face": "110"})), tolerance=1e-6)
+    deck = write_deck(tmp_path / "deck", made)
     plain = run_in_process(deck)
     (deck / "result.json").unlink()
     for suffix in ("omp", "opt"):
         found = run_command(deck, f"{lmp()} -suffix {suffix}")
-        # Both end where the largest force is 1e-9, of a load to which the soft mean mode adds a digit.
+        # All go the same way, but for rounding.
         assert found.force == pytest.approx(plain.force, rel=1e-7)
 
 

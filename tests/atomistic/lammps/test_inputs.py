@@ -87,6 +87,7 @@ def test_one_number_where_two_are_needed_is_one_clear_message(
     assert said.count("surface.centre = ") == 1
 
 
+@pytest.mark.long
 def test_a_deck_knows_surfaces_and_walls_of_files_whatever_was_imported_before() -> None:
     code = (
         "from atomistic.config.deck import DeckConfig, DeckSurface; from continuum.model.walls import Wall\n"

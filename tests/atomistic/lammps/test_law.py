@@ -15,7 +15,7 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_in_process
-from atomistic.lammps.law import LAWS, name_of, native_law, read_wall_table
+from atomistic.lammps.law import LAWS, NativeLaw, name_of, native_law, read_wall_table
 from atomistic.lammps.session import Session
 from continuum.model.walls import Exponential, LennardJonesSpline, Wall
 from continuum.model.walls.inverse_powers import LennardJones93
@@ -181,9 +181,16 @@ class Newcomer(Exponential):
 
 
 def test_a_new_law_is_written_and_read_by_its_line_in_one_table(tmp_path, monkeypatch):
-    monkeypatch.setitem(LAWS, Newcomer, LAWS[Exponential])
+    written: list[float] = []
+
+    def lines(wall: Exponential, tolerance: float) -> NativeLaw:
+        written.append(tolerance)
+        return LAWS[Exponential](wall, tolerance)
+
+    monkeypatch.setitem(LAWS, Newcomer, lines)
     run_in_process(write_deck(tmp_path / "new", spread(Newcomer(0.01, 0.2, 3.0))))
     assert a.read(tmp_path / "new").wall == Newcomer(0.01, 0.2, 3.0)
+    assert len(written) == 1  # once for all, as the pieces of a law may take a fifth of a second
 
 
 @pytest.mark.parametrize("wall", [Newcomer(0.02, 0.2, 3.0), LennardJones93(adhesion_length=0.02)])

@@ -82,5 +82,5 @@ def _until(look, seconds: float = 60.0):
     end = time.monotonic() + seconds
     while not (found := look()):
         assert time.monotonic() < end
-        time.sleep(0.01)
+        time.sleep(0.1)
     return found

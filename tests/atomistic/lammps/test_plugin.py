@@ -21,6 +21,7 @@ import continuum as c
 from atomistic.atoms.starts import with_starts
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
+from atomistic.lammps import plugin
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import open_library, run_command, run_in_process
 from atomistic.lammps.plugin import PluginError, pieces_of_law, plugin_library
@@ -40,8 +41,10 @@ OLDEST = Path(sys.prefix) / "oldest-lammps/lammps"
 
 @pytest.fixture(scope="module")
 def library() -> bytes:
-    """The plugin, built once."""
-    return plugin_library()
+    """The plugin, built once; not optimised, which takes a second and matters to long runs."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plugin, "FLAGS", tuple({"-O3": "-O0"}.get(flag, flag) for flag in plugin.FLAGS))
+        return plugin_library()
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """Walls that follow the atoms: one energy and its gradient, natively where there is a formula, else in this process."""
 
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -194,7 +193,7 @@ def test_the_force_on_the_wall_is_that_on_the_atoms_and_belongs_to_its_energy(tm
 
 def test_site_and_atom_differ_by_the_slope_times_the_lateral_displacement(tmp_path):
     loads = []
-    for size in (0.02, 0.01, 0.005):
+    for size in (0.02, 0.01):
         shape = Waves(PERIOD, 0.0, ((size, 1, 0, 0.4), (size, 2, 1, 0.2)))
         heights = shape.evaluate(*SITES).height
         at_site, at_atom = (relaxed(tmp_path, one, heights, 0.98) for one in (None, shape))
@@ -203,8 +202,7 @@ def test_site_and_atom_differ_by_the_slope_times_the_lateral_displacement(tmp_pa
         assert np.abs(at_atom.gap - at_site.gap).max() < 20 * by_slope + 20 * size**2
         loads.append(abs(at_atom.force / at_site.force - 1))
     # First order in slope times displacement, which itself is proportional to the slope: a quarter at half the height.
-    for larger, smaller in pairwise(loads):
-        assert larger / smaller == pytest.approx(4, rel=0.15)
+    assert loads[0] / loads[1] == pytest.approx(4, rel=0.15)
 
 
 def test_few_waves_are_native_and_an_array_of_them_agrees_within_the_error_that_it_states(tmp_path):

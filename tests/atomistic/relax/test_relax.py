@@ -89,7 +89,7 @@ def test_all_roads_lead_to_one_equilibrium(tmp_path, n, slope, adhesion_length):
 
 @pytest.mark.parametrize("name", ["springs", "lj"])
 def test_a_session_finds_what_the_run_of_the_deck_finds(tmp_path, name):
-    problem, _, deck = on_atoms(slope=0.05, adhesion_length=0.005, name=name)
+    problem, _, deck = on_atoms(8, slope=0.05, adhesion_length=0.005, name=name)
     with Session.on_atoms_of(deck) as session:
         first = relax_in(session, deck, problem.substrate).require()
         # What was done before leaves no trace: another wall, and atoms that LAMMPS loses.
@@ -135,7 +135,7 @@ def test_the_difference_to_the_lattice_is_geometric(tmp_path):
 
 
 def test_a_wall_given_as_a_table_relaxes_in_process(tmp_path):
-    _, _, deck = on_atoms(slope=0.05, adhesion_length=0.005)
+    _, _, deck = on_atoms(8, slope=0.05, adhesion_length=0.005)
     native = relax(deck, tmp_path).require()
     table = read_wall_table(tmp_path / "wall.table")
     with WallSession(tmp_path) as session:
@@ -152,7 +152,7 @@ def test_a_wall_given_as_a_table_relaxes_in_process(tmp_path):
 
 
 def test_an_iteration_that_does_not_converge_leaves_the_work_to_the_deck(tmp_path):
-    problem, _, deck = on_atoms(slope=0.1)
+    problem, _, deck = on_atoms(8, slope=0.1)
     # Each correction overshoots forty times.
     wrong = LatticeResponse.of_springs(deck.slab, Springs(SPRINGS.stiffness / 40))
     write_deck(tmp_path, deck)
@@ -171,7 +171,7 @@ def test_an_iteration_that_does_not_converge_leaves_the_work_to_the_deck(tmp_pat
     ("name", "adhesion_length"), [("lj", 0.005), pytest.param("Ni_u3.eam", 0.0, marks=pytest.mark.long)]
 )
 def test_crystals_come_to_the_equilibrium_that_lammps_finds(tmp_path, name, adhesion_length):
-    problem, state, deck = on_atoms(slope=0.05, adhesion_length=adhesion_length, name=name)
+    problem, state, deck = on_atoms(8, slope=0.05, adhesion_length=adhesion_length, name=name)
     lattice = problem.substrate
     assert isinstance(lattice, LatticeResponse)
     deck = replace(deck, tolerance=1e-9 * 0.05)
@@ -191,7 +191,7 @@ def test_crystals_come_to_the_equilibrium_that_lammps_finds(tmp_path, name, adhe
 @pytest.mark.parametrize("name", ["lj", pytest.param("Cu_mishin1.eam.alloy", marks=pytest.mark.long)])
 def test_the_zero_of_gap_is_the_surface_at_rest(tmp_path, name):
     # Lennard-Jones rises, copper sinks: either by several times what the wall is rough.
-    problem, state, deck = on_atoms(slope=0.001, name=name)
+    problem, state, deck = on_atoms(8, slope=0.001, name=name)
     rise = deck.rise[0]
     assert np.sign(rise) == (1 if name == "lj" else -1)
     assert abs(rise) > 4 * np.std(deck.heights)

@@ -192,7 +192,6 @@ def equilibrium(cell: Cell, of: Model, response: LatticeResponse, force: np.ndar
 @pytest.mark.parametrize(
     ("name", "n", "mobile"),
     [
-        ("lj", 8, 8),
         ("Ni_u3.eam", 8, 8),
         pytest.param("Cu_mishin1.eam.alloy", 12, 20, marks=pytest.mark.long),
         pytest.param("Al_zhou.eam.alloy", 16, 20, marks=pytest.mark.long),

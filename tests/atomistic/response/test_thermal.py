@@ -34,7 +34,7 @@ def model() -> CrystalModel:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fifth of the time steps: errors are twice as large."""
-    for name, steps in (("_BULK_STEPS", 300), ("_SURFACE_STEPS", 400), ("_SETTLING", 1000)):
+    for name, steps in (("_BULK_STEPS", 200), ("_SURFACE_STEPS", 150), ("_SETTLING", 500)):
         monkeypatch.setattr(thermal, name, steps)
 
 
