@@ -424,23 +424,15 @@ def explained(table: type[Table]) -> dict[str, FieldInfo]:
     """
     meanings: dict[str, str] = {}
     for base in reversed(table.__mro__[: table.__mro__.index(Table)]):
-        meanings |= _meanings(base)
+        with suppress(OSError):  # without a source there is nothing to say
+            for key, text in pairwise(cast(ast.ClassDef, ast.parse(dedent(inspect.getsource(base))).body[0]).body):
+                match key, text:
+                    case ast.AnnAssign(target=ast.Name(name)), ast.Expr(ast.Constant(str(said))):
+                        meanings[name] = inspect.cleandoc(said)
     named = {table.kind_key: FieldInfo(annotation=cast(Any, Literal)[table.kind_name])} if table.kind_name else {}
     for name, field in table.model_fields.items():
         field.description = meanings.get(name)
     return named | table.model_fields
-
-
-@cache
-def _meanings(one: type) -> dict[str, str]:
-    """The texts below the keys of a class alone."""
-    found: dict[str, str] = {}
-    with suppress(OSError):  # without a source there is nothing to say
-        for key, text in pairwise(cast(ast.ClassDef, ast.parse(dedent(inspect.getsource(one))).body[0]).body):
-            match key, text:
-                case ast.AnnAssign(target=ast.Name(name)), ast.Expr(ast.Constant(str(said))):
-                    found[name] = inspect.cleandoc(said)
-    return found
 
 
 def table_in(annotation: Any) -> type[Table] | None:

@@ -101,7 +101,7 @@ def test_there_is_never_more_than_one_holder(flock: bool, tmp_path: Path, monkey
     inside, most, rounds = [0], [0], [0]
 
     def contend() -> None:
-        for _ in range(100):
+        for _ in range(30):
             with suppress(LockedError), locked(tmp_path / "lock", str):
                 inside[0] += 1
                 most[0] = max(most[0], inside[0])

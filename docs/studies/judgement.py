@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from pandas import DataFrame, Series, concat, read_csv
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
+from scipy.special import expit
 from scipy.stats import t
 
 from continuum.model.surfaces import SelfAffineSurface
@@ -155,8 +156,15 @@ def refitted(rows: DataFrame, work: Real, reach: Real) -> float:
         found: Real = log_work + np.log1p(np.exp(np.clip(power, -3, 3) * (log_reach - place)))
         return found - spanned @ (spanned.T @ found)
 
+    def slopes(free: Real) -> Real:
+        place, power = free.reshape(2, len(SHAPES))[:, of_shape]
+        cut, far = np.clip(power, -3, 3), log_reach - place
+        parts = expit(cut * far) * np.array([-cut, (cut == power) * far])
+        found: Real = np.column_stack([part * (of_shape == i) for part in parts for i in range(len(SHAPES))])
+        return found - spanned @ (spanned.T @ found)
+
     found = [
-        least_squares(rest, np.repeat([middle + place, power], len(SHAPES)))
+        least_squares(rest, np.repeat([middle + place, power], len(SHAPES)), slopes)
         for place, power in ((0.0, 1.0), (-2.0, 0.5), (0.0, 1.5))
     ]
     return float(np.exp(np.sqrt(min(np.mean(best.fun**2) for best in found))))

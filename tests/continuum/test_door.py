@@ -166,9 +166,10 @@ def test_what_is_nothing_at_all_is_refused() -> None:
                 assert refused_by_name(*CALLS[call], name, value), value
 
 
-@pytest.mark.parametrize(("call", "name"), ARGUMENTS)
+@pytest.mark.parametrize("call", [call for call, (_, good) in CALLS.items() if good])
 @given(data=st.data())
-def test_whatever_is_given_is_used_or_refused_by_its_name(call: str, name: str, data: st.DataObject) -> None:
+def test_whatever_is_given_is_used_or_refused_by_its_name(call: str, data: st.DataObject) -> None:
+    name = data.draw(st.sampled_from(sorted(CALLS[call][1])))
     anything = ANYTHING.filter(lambda value: not callable(value)) if name == "progress" else ANYTHING
     refused_by_name(*CALLS[call], name, data.draw(anything))
 

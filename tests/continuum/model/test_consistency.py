@@ -34,15 +34,14 @@ RESPONSES = {
 CASES = [*((wall, "half-space") for wall in WALLS), *(("lennard-jones-spline", name) for name in RESPONSES)]
 
 
-@pytest.fixture(params=GRIDS, ids=lambda grid: f"{grid.shape}")
-def grid(request: pytest.FixtureRequest) -> Grid:
-    return request.param
-
-
 @pytest.fixture(params=dict.fromkeys(CASES), ids=", ".join)
-def problem(request: pytest.FixtureRequest, grid: Grid, rng: np.random.Generator) -> ContactProblem:
+def problems(request: pytest.FixtureRequest, rng: np.random.Generator) -> list[ContactProblem]:
+    """One on each grid."""
     wall, response = request.param
-    return ContactProblem(grid, WALLS[wall], 0.2 * rng.normal(size=grid.shape), RESPONSES[response](grid))
+    return [
+        ContactProblem(grid, WALLS[wall], 0.2 * rng.normal(size=grid.shape), RESPONSES[response](grid))
+        for grid in GRIDS
+    ]
 
 
 def _random_states(problem: ContactProblem, rng: np.random.Generator) -> tuple[Real, Real]:
@@ -53,53 +52,56 @@ def _random_states(problem: ContactProblem, rng: np.random.Generator) -> tuple[R
     return 0.1 * u, v
 
 
-def test_the_gradient_is_the_slope_of_the_energy(problem: ContactProblem, rng: np.random.Generator) -> None:
-    u, v = _random_states(problem, rng)
-    expected = problem.grid.integrate(problem.gradient(u, 1.0) * v)
-    assert abs(expected) > 1e-3  # a guard: the test is not 0 = 0
-    e = 1e-5
-    slope = (problem.energy(u + e * v, 1.0) - problem.energy(u - e * v, 1.0)) / (2 * e)
-    # Central difference: e² times the third derivative (up to 1e4 in the stiff core), and 1e-16/e rounding.
-    assert slope == pytest.approx(expected, rel=1e-5)
+def test_the_gradient_is_the_slope_of_the_energy(problems: list[ContactProblem], rng: np.random.Generator) -> None:
+    for problem in problems:
+        u, v = _random_states(problem, rng)
+        expected = problem.grid.integrate(problem.gradient(u, 1.0) * v)
+        assert abs(expected) > 1e-3  # a guard: the test is not 0 = 0
+        e = 1e-5
+        slope = (problem.energy(u + e * v, 1.0) - problem.energy(u - e * v, 1.0)) / (2 * e)
+        # Central difference: e² times the third derivative (up to 1e4 in the stiff core), and 1e-16/e rounding.
+        assert slope == pytest.approx(expected, rel=1e-5)
 
 
-def test_the_hessian_is_the_slope_of_the_gradient(problem: ContactProblem, rng: np.random.Generator) -> None:
-    u, v = _random_states(problem, rng)
-    expected = hessian_product(problem, u, 1.0, v)
-    assert np.abs(expected).max() > 1e-2
-    e = 1e-6
-    slope = (problem.gradient(u + e * v, 1.0) - problem.gradient(u - e * v, 1.0)) / (2 * e)
-    # The stiffness of the nonadhesive law jumps at a0: a point within e of it would differ, none is.
-    np.testing.assert_allclose(slope, expected, atol=2e-5 * np.abs(expected).max())
+def test_the_hessian_is_the_slope_of_the_gradient(problems: list[ContactProblem], rng: np.random.Generator) -> None:
+    for problem in problems:
+        u, v = _random_states(problem, rng)
+        expected = hessian_product(problem, u, 1.0, v)
+        assert np.abs(expected).max() > 1e-2
+        e = 1e-6
+        slope = (problem.gradient(u + e * v, 1.0) - problem.gradient(u - e * v, 1.0)) / (2 * e)
+        # The stiffness of the nonadhesive law jumps at a0: a point within e of it would differ, none is.
+        np.testing.assert_allclose(slope, expected, atol=2e-5 * np.abs(expected).max())
 
 
-def test_the_operator_is_its_dense_matrix(problem: ContactProblem, rng: np.random.Generator) -> None:
+def test_the_operator_is_its_dense_matrix(problems: list[ContactProblem], rng: np.random.Generator) -> None:
     """K from its definition: a sum of plane waves over all q, point by point."""
-    grid = problem.grid
-    u, _ = _random_states(problem, rng)
-    nx, ny = grid.shape
-    x, y = (np.broadcast_to(a, grid.shape).ravel() for a in grid.positions)
-    dense = np.zeros((grid.size, grid.size))
-    for i in range(nx):
-        for j in range(ny):
-            # The half spectrum holds (m, n) for n >= 0; the rest follows from K(-q) = K(q).
-            m, n = (i + nx // 2) % nx - nx // 2, (j + ny // 2) % ny - ny // 2
-            k = problem.stiffness_q[(m if n >= 0 else -m) % nx, abs(n)]
-            if not np.isfinite(k):
-                continue
-            q = 2 * np.pi * np.array([m / grid.lengths[0], n / grid.lengths[1]])
-            phase = q[0] * (x[:, None] - x) + q[1] * (y[:, None] - y)
-            dense += k * np.cos(phase) / grid.size
-    np.testing.assert_allclose(dense, dense.T, atol=1e-13)
-    assert np.linalg.eigvalsh(dense).min() > -1e-12
-    traction = problem.wall.evaluate(problem.gap(u, 1.0)).traction
-    expected = dense @ u.ravel() + traction.ravel()
-    if np.isinf(problem.mean_stiffness):
-        expected -= traction.mean()
-    np.testing.assert_allclose(problem.gradient(u, 1.0).ravel(), expected, atol=1e-11)
-    elastic = 0.5 * u.ravel() @ dense @ u.ravel() * grid.cell_area
-    energy = elastic + grid.integrate(problem.wall.evaluate(problem.gap(u, 1.0)).energy)
-    assert problem.energy(u, 1.0) == pytest.approx(energy, rel=1e-11)
+    for problem in problems:
+        grid = problem.grid
+        u, _ = _random_states(problem, rng)
+        nx, ny = grid.shape
+        x, y = (np.broadcast_to(a, grid.shape).ravel() for a in grid.positions)
+        dense = np.zeros((grid.size, grid.size))
+        for i in range(nx):
+            for j in range(ny):
+                # The half spectrum holds (m, n) for n >= 0; the rest follows from K(-q) = K(q).
+                m, n = (i + nx // 2) % nx - nx // 2, (j + ny // 2) % ny - ny // 2
+                k = problem.stiffness_q[(m if n >= 0 else -m) % nx, abs(n)]
+                if not np.isfinite(k):
+                    continue
+                q = 2 * np.pi * np.array([m / grid.lengths[0], n / grid.lengths[1]])
+                phase = q[0] * (x[:, None] - x) + q[1] * (y[:, None] - y)
+                dense += k * np.cos(phase) / grid.size
+        np.testing.assert_allclose(dense, dense.T, atol=1e-13)
+        assert np.linalg.eigvalsh(dense).min() > -1e-12
+        traction = problem.wall.evaluate(problem.gap(u, 1.0)).traction
+        expected = dense @ u.ravel() + traction.ravel()
+        if np.isinf(problem.mean_stiffness):
+            expected -= traction.mean()
+        np.testing.assert_allclose(problem.gradient(u, 1.0).ravel(), expected, atol=1e-11)
+        elastic = 0.5 * u.ravel() @ dense @ u.ravel() * grid.cell_area
+        energy = elastic + grid.integrate(problem.wall.evaluate(problem.gap(u, 1.0)).energy)
+        assert problem.energy(u, 1.0) == pytest.approx(energy, rel=1e-11)
 
 
 def test_a_clamped_mean_does_not_move() -> None:

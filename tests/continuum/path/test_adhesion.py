@@ -50,7 +50,7 @@ def test_pull_off_falls_from_dmt_to_jkr() -> None:
     assert 1.5 < min(forces) < max(forces) < 2
 
 
-@pytest.mark.parametrize("alpha", [0.3, 0.5, 0.56, 0.6, 0.8])
+@pytest.mark.parametrize("alpha", [0.3, 0.56, 0.6])
 def test_a_wave_jumps_to_full_contact_without_load_above_johnsons_alpha(alpha: float) -> None:
     # Zero load: the mean is free.  From first touch the contact grows to Johnson's, or through, above α = 0.570.
     wave, problem = wave_problem(alpha, 512.0, 256, PAPER_LAW)

@@ -213,7 +213,7 @@ def snaps(stiffness: float) -> tuple[float, float]:
     return separation(brentq(softening, most, r)), separation(brentq(softening, r / 3, most))
 
 
-@pytest.mark.parametrize("stiffness", [0.02, 0.05, 0.12])
+@pytest.mark.parametrize("stiffness", [0.02, 0.12])
 def test_flats_on_springs_snap_where_the_law_softens_by_their_stiffness(stiffness: float) -> None:
     snap_in, snap_out = snaps(stiffness)
     assert snap_in < snap_out

@@ -69,7 +69,7 @@ def test_the_load_at_the_area_changes_its_sign_there(seed: int, shape: str) -> N
 
 
 @given(st.floats(0.1, 2.0))
-@settings(max_examples=3)
+@settings(max_examples=2)
 def test_heights_and_range_s_times_as_long_have_it_at_the_square_of_s(s: float) -> None:
     wall = law(0.5 * s)
     contact = c.Contact(s * heights(), wall(0.001 * s**2), period=GRID.lengths)
@@ -86,14 +86,10 @@ def test_searches_of_the_area_at_each_work_find_the_same(monkeypatch: pytest.Mon
 
 
 def test_a_threshold_costs_a_few_points_at_its_area() -> None:
-    ratios = []
-    for seed in (1, 2, 3):
-        searched = found(seed)
-        at = searched.state
-        one = searched.state.contact.press(area=0.04).require()
-        own = one.solution.fft_pairs + one.search_pairs
-        ratios.append((at.search_pairs + at.solution.fft_pairs) / own)
-    assert np.median(ratios) <= 6  # the goal; 2 to 3 were seen
+    at = found().state
+    one = at.contact.press(area=0.04).require()
+    own = one.solution.fft_pairs + one.search_pairs
+    assert at.search_pairs + at.solution.fft_pairs <= 6 * own  # the goal; 2 to 3 were seen
 
 
 def test_a_surface_that_no_work_holds_at_this_area_has_no_threshold(monkeypatch: pytest.MonkeyPatch) -> None:

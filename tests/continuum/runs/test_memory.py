@@ -90,8 +90,8 @@ GROUPS = [
 
 
 def test_the_lowest_limit_of_all_groups_around_a_process_holds(tmp_path: Path) -> None:
-    for groups, limits, limit in GROUPS:
-        assert cgroup_limit(machine(tmp_path, groups, limits)) == limit
+    for number, (groups, limits, limit) in enumerate(GROUPS):
+        assert cgroup_limit(machine(tmp_path / str(number), groups, limits)) == limit
 
 
 def test_a_machine_without_control_groups_has_its_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,6 +27,7 @@ from continuum.runs.build import build
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.run import follow_run
+from continuum.show.plot import written_as
 from continuum.sweeps.axes import Sweep
 from tests.kinds import covering
 from tests.problems import SMALL
@@ -181,10 +182,11 @@ def test_the_command_runs_checks_and_draws(
     for point in range(1, 6):  # no terminal: a line with the time for each point
         assert f"small {point}/5  mean gap" in out
     assert out.count("20") >= 5
-    assert main(["plot", "results/small.h5"]) == 0
-    drawn = capsys.readouterr().out.split()
-    assert drawn
-    assert all(Path(path).is_file() for path in drawn)
+    with written_as(["png", "pdf"]):
+        assert main(["plot", "results/small.h5"]) == 0
+    for path in capsys.readouterr().out.split():
+        assert Path(path).read_bytes().startswith(b"\x89PNG")
+        assert Path(path).with_suffix(".pdf").read_bytes().startswith(b"%PDF")
     assert main(["plot", "small.toml"]) == 2
 
 

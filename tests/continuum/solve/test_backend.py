@@ -121,7 +121,7 @@ def test_a_step_of_a_coarser_grid_leaves_less_of_the_residual(
 @pytest.mark.parametrize(
     ("posed", "start"),
     covering(
-        [(np.inf, 0.0, np.inf), (0.0, 1e-3, np.inf), (0.05, 0.1, np.inf), (0.0, 0.01, 0.05), (np.inf, 0.0, 0.1)],
+        [(np.inf, 0.0, np.inf), (0.05, 0.1, np.inf), (0.0, 0.01, 0.05)],
         [False, True],
     ),
 )

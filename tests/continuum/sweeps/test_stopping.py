@@ -47,7 +47,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "whole.h5"
 
 
-@pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, RuntimeError])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
 def test_a_path_that_is_stopped_between_two_writings_stores_its_points(
     error: type[BaseException], small: Path, whole: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
