@@ -17,8 +17,10 @@ from atomistic.crystal.faces import cell_of
 from atomistic.lammps.result import DeckDescription, DeckResult, DeckStatus, read_result
 from atomistic.relax.deckrun import DeckStep, DeckSteps
 from atomistic.show.decks import draw_slip
+from tests.printed import faults_in_print
 
 SLAB = Slab((6, 5), mobile=5)
+
 SITES = (SLAB.layers, *SLAB.shape, 3)
 
 
@@ -264,6 +266,7 @@ def test_copper_slips_under_a_sharp_sphere_and_springs_back(tmp_path: Path) -> N
     assert [len(line.get_xdata()) for line in figure.axes[1].lines][1:] == [
         run.steps[2].slipped - run.steps[2].faulted, run.steps[2].faulted,
     ]  # fmt: skip
+    assert faults_in_print(figure) == []
     with pytest.raises(c.NotConvergedError, match="the crystal has slipped"):
         read_result(run.directory, 3).require()
     # Had some kept their new neighbours, under less load and without any; and without a step that is unloaded.

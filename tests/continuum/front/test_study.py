@@ -15,9 +15,10 @@ import continuum as c
 from continuum.arguments import ArgumentError
 from continuum.cli import main
 from continuum.errors import InputError
-from continuum.show.study import study_doubts
+from continuum.show.study import study_doubts, study_figure
 from continuum.sticky.criteria import Answer
 from continuum.sticky.study import Spot, ranked, scans
+from tests.printed import faults_in_print
 from tests.problems import Rough
 
 KNOWN: dict[str, Any] = {"size": "480nm", "unit": "nm", "material": "silica"}
@@ -126,6 +127,7 @@ def test_a_folder_is_ranked_in_a_table_on_a_page_and_in_files(
     page = (out / "wafers-study.html").read_text()
     assert "polished is the stickiest" in page
     assert len(re.findall(r'src="data:image/png', page)) == 1
+    assert faults_in_print(study_figure(found)) == []
 
 
 def test_results_may_go_into_the_folder_or_beside_it_and_are_no_maps(
