@@ -113,13 +113,11 @@ def directional_contact_modulus(constants: CubicConstants, angle: Real) -> Real:
 
 @lru_cache(maxsize=64)
 def _directional_series(constants: CubicConstants) -> Real:
-    """The coefficients of E*(θ), from one half of the samples, which is the mirror image of the other."""
-    samples = np.arange(_DIRECTIONS // 2 + 1, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
-    half = 2 * surface_stiffness(constants, samples, np.array(THICK))
-    series = np.fft.rfft(np.concatenate([half, half[-2:0:-1]])).real / _DIRECTIONS
+    """The coefficients of E*(θ): of one crystal many ask."""
+    samples = np.arange(_DIRECTIONS, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
+    series = np.fft.rfft(2 * surface_stiffness(constants, samples, np.array(THICK))).real / _DIRECTIONS
     series[1:-1] *= 2
-    series.flags.writeable = False
-    return series
+    return np.asarray(series)
 
 
 def contact_modulus(constants: CubicConstants, directions: int = 128) -> float:
