@@ -431,7 +431,7 @@ def test_a_forked_process_solves_with_threads_of_its_own() -> None:
 def _solve() -> None:
     from continuum.path.loading import solve
 
-    assert solve(Rough(512).problem(), "mean-gap", 3.0, Settings(1e-4, threads=2)).status.ok
+    assert solve(Rough(384).problem(), "mean-gap", 3.0, Settings(1e-4, threads=2)).status.ok
 
 
 # --- any path at all -------------------------------------------------------------------------------------------

@@ -99,7 +99,7 @@ def other_values(value: float) -> tuple[float, ...]:
     {"loading": {**ONE, "threshold": 0.02}},
     {"substrate": {"response": "layer", "poisson": 0.3, "depth": 9.0, "mean": 0.05},
      "loading": {"control": "separation", "targets": [1.2]}},
-    {"loading": {"control": "mean-pressure", "targets": [0.002]}},
+    pytest.param({"loading": {"control": "mean-pressure", "targets": [0.002]}}, marks=pytest.mark.long),
 ], ids=["hard", "law", "threshold", "layer", "pressure"])  # fmt: skip
 def test_whatever_number_of_a_point_is_changed_is_told_or_listed_as_not_looked_at(
     given: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
