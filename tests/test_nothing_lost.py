@@ -157,6 +157,7 @@ def stored(tmp_path: Path) -> Path:
     return tmp_path / "results" / "run.h5"
 
 
+@pytest.mark.usefixtures("really_drawn")
 @pytest.mark.parametrize("command", [["run", "run.toml", "--force", "-o", "results"], ["plot", "results/run.h5"]])
 def test_a_full_disk_is_one_message_and_leaves_the_older_result(
     command: list[str], stored: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -61,7 +61,7 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def forged(path: Path, name: str, change: Callable[[Real], Real]) -> Path:
     """The file with one dataset changed, and sound sums."""
-    file: File = store.read_datasets(path, "stickiness/continuum-run", 3)
+    file: File = store.read_datasets(path, "stickiness/continuum-run", 3, labels=True)
     datasets = {**file.datasets, name: replace(file.datasets[name], values=change(file[name].copy()))}
     new = path.with_name("forged.h5")
     store.write(new, datasets, file.attributes)
@@ -185,7 +185,7 @@ def test_the_command_certifies_a_sample_of_a_sweep(
     assert "is stored" in capsys.readouterr().err
 
     first = min(root.rglob("*.h5"))
-    file = store.read_datasets(first, "stickiness/continuum-run", 3)
+    file = store.read_datasets(first, "stickiness/continuum-run", 3, labels=True)
     store.write(first, file.datasets, {**file.attributes, "finished": False})
     found = c.certify(root, sample=3)
     assert not found.ok
