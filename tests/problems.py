@@ -189,3 +189,12 @@ def hessian_product(problem: ContactProblem, displacement: Real, separation: flo
     if np.isinf(problem.mean_stiffness):
         product_q[0, 0] = 0.0
     return grid.inverse(product_q)
+
+
+def autoregressive(rng: np.random.Generator, series: int, length: int, correlation: float) -> np.ndarray:
+    """Series of unit variance, shape (series, length), each sample correlated with the next: c x + sqrt(1 - c²) noise."""
+    values = rng.standard_normal((series, length)).T.copy()
+    values[1:] *= np.sqrt(1 - correlation**2)
+    for i in range(1, length):
+        values[i] += correlation * values[i - 1]
+    return values.T

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
-from scipy.signal import lfilter
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
@@ -21,6 +20,7 @@ from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion
 from continuum.model.walls import LennardJonesSpline
+from tests.problems import autoregressive
 
 SERIES = 4000
 MOTION = Motion((1.0, 1.0), (0.0, 0.0), (30.0,), 0.0, 1, 2.0, 1, 0.03)
@@ -52,14 +52,6 @@ def evaluated(line: str, text: str, values: dict[str, np.ndarray]) -> np.ndarray
     for i, (name, value) in enumerate(values.items()):
         formula, names[f"value_{i}"] = formula.replace(name, f"value_{i}"), value
     return eval(formula.replace("^", "**"), {"sqrt": np.sqrt, **names})
-
-
-def correlated(correlation: float, length: int, rng: np.random.Generator) -> np.ndarray:
-    """Series of unit variance, each sample correlated with the next: x' = c x + sqrt(1 - c²) noise."""
-    noise = rng.standard_normal((SERIES, length))
-    start = noise[:, :1]
-    noise[:, 1:] *= np.sqrt(1 - correlation**2)
-    return np.hstack([start, lfilter([1.0], [1.0, -correlation], noise[:, 1:], zi=correlation * start)[0]])
 
 
 def block_covariance(correlation: float, length: int) -> np.ndarray:
@@ -94,7 +86,7 @@ def test_a_line_alone_has_no_error(drift):
 def test_of_correlated_samples_the_error_is_right_where_a_block_is_longer_than_the_correlation(
     correlation, length, rng
 ):
-    error = mean_and_error(correlated(correlation, length, rng))[1]
+    error = mean_and_error(autoregressive(rng, SERIES, length, correlation))[1]
     covariance = block_covariance(correlation, length)
     # What is left of the blocks about their line, projected exactly.
     t = np.arange(BLOCKS) - (BLOCKS - 1) / 2

@@ -4,23 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
-from scipy.stats import linregress
 
 from atomistic.lammps.protocol import BLOCKS
 from atomistic.relax.windows import RARE, WindowMean, correlated_error, errors_of_one_state
+from tests.problems import autoregressive
 
 SERIES, FEWER = 1500, 400
 SAMPLES = 100
 """Of a window."""
-
-
-def autoregressive(rng: np.random.Generator, series: int, length: int, correlation: float) -> np.ndarray:
-    """Series of unit variance, shape (series, length), each sample correlated with the next."""
-    noise = rng.standard_normal((series, length))
-    start = noise[:, :1]
-    noise[:, 1:] *= np.sqrt(1 - correlation**2)
-    return np.hstack([start, lfilter([1], [1, -correlation], noise[:, 1:], zi=correlation * start)[0]])
 
 
 def in_windows(
@@ -85,6 +76,8 @@ def test_windows_of_independent_samples_are_of_one_state(count: int, rng: np.ran
 
 
 def test_a_drift_is_found_and_its_size_said(rng: np.random.Generator) -> None:
+    from scipy.stats import linregress  # a second to import
+
     found = windows(rng, 6, 0.0, drift=1.0)
     assert np.mean([each.drifts for each in found]) > 0.9
     values, errors = in_windows(rng, 6, 0.0, drift=0.3, many=50)
