@@ -192,7 +192,7 @@ def hessian_product(problem: ContactProblem, displacement: Real, separation: flo
 
 
 def autoregressive(rng: np.random.Generator, series: int, length: int, correlation: float) -> np.ndarray:
-    """Series of unit variance, shape (series, length), each sample correlated with the next: c x + sqrt(1 - c²) noise."""
+    """Series of unit variance, shape (series, length), in which each sample is correlated with the next."""
     values = rng.standard_normal((series, length)).T.copy()
     values[1:] *= np.sqrt(1 - correlation**2)
     for i in range(1, length):
