@@ -13,9 +13,6 @@ from continuum.model.laws import Law
 from continuum.model.walls.wall import Wall
 from continuum.tables import Positive
 
-_NODES, _WEIGHTS = np.polynomial.laguerre.laggauss(20)
-"""Of integrals of a smooth function times exp(-y)."""
-
 
 class Exponential(Wall, kind="exponential"):
     """Exponential attraction on a harmonic core: energy -γ exp(-z/ρ) outside, γ (z/ρ - 1) + K z²/2 for z < 0.
@@ -52,17 +49,10 @@ class Exponential(Wall, kind="exponential"):
 
     @cached_property
     def effective_range(self) -> float:
-        """Effective range of the attraction, Eq. (S-5), in closed form."""
-        end = -self.zero_gap  # of the core: the tension K Δ grows up to γ/ρ there, and then decays
-        x = end / self.decay_length
-        # ∫ (x + y)^(-1/3) exp(-y) dy: in a long way Gauss's nodes, where exp(x) would be infinite, have every digit.
-        beyond = (
-            np.exp(x) * scipy.special.gamma(2 / 3) * scipy.special.gammaincc(2 / 3, x)
-            if x < 100
-            else np.sum(_WEIGHTS / np.cbrt(x + _NODES))
-        )
-        # Both integrals over γ/ρ, in powers of ρ.
-        weighted, work = 0.6 * np.cbrt(x) ** 2 + beyond, x / 2 + 1
+        """Effective range of the attraction, Eq. (S-5), in closed form, to ten digits."""
+        x = -self.zero_gap / self.decay_length  # the end of the core: tension grows up to γ/ρ there, and then decays
+        # Both integrals over γ/ρ, in powers of ρ; Tricomi's U is exp(x) Γ(2/3, x), which is finite for any x.
+        weighted, work = 0.6 * np.cbrt(x) ** 2 + scipy.special.hyperu(1 / 3, 1 / 3, x), x / 2 + 1
         return self.decay_length * float((2 / 3 * weighted / work) ** -3)
 
     @property
