@@ -67,6 +67,13 @@ def test_effective_range_is_1_05659_of_the_range(range_: float) -> None:
     assert table.effective_range == pytest.approx(found, rel=1e-3)
 
 
+@pytest.mark.parametrize("name", kinds.WALLS)
+def test_a_range_in_closed_form_is_that_of_any_law(name: str) -> None:
+    """A law without a formula of its own has Eq. (S-5) by quadrature, whose digits a table's knots cost."""
+    wall = kinds.WALLS[name]
+    assert Wall.effective_range.func(wall) == pytest.approx(wall.effective_range, rel=1e-6)  # type: ignore[attr-defined]
+
+
 def test_effective_ranges_of_the_untruncated_laws() -> None:
     # Eq. (S-5): 1.15 a0 for 9-3 and 0.62 a0 for 12-6, the latter as a surface law, pressure z^-7 - z^-13.
     assert paper.effective_range(lambda x: (1 + x) ** -4 - (1 + x) ** -10) == pytest.approx(1.15294, abs=5e-6)
