@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from continuum.arguments import ArgumentError
 from continuum.model import fourier
-from continuum.model.grid import Grid
+from continuum.model.grid import Grid, GridTable
 
 grids = st.builds(
     Grid,
@@ -65,6 +66,13 @@ def test_a_plane_wave_lies_on_its_wavevector(shape: tuple[int, int]) -> None:
 def test_a_grid_that_is_none_is_refused(shape: tuple[int, int], lengths: tuple[float, float]) -> None:
     with pytest.raises(ArgumentError, match="allowed"):
         Grid(shape, lengths)
+
+
+@pytest.mark.parametrize("n", [[8, 1], [1, 1]])
+def test_a_line_of_an_input_lies_along_y(n: list[int]) -> None:
+    with pytest.raises(ValidationError, match="from 2 to"):
+        GridTable.model_validate({"n": n}, context={})
+    assert GridTable.model_validate({"n": [1, 8]}, context={}).build().shape == (1, 8)
 
 
 @pytest.mark.parametrize("shape", [(64, 64), (500, 300), (301, 257), (1024, 512)])

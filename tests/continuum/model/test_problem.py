@@ -34,3 +34,11 @@ def test_the_separation_is_that_of_the_mean_gap_less_what_the_load_compresses() 
     gap = np.full(GRID.shape, 1.5)
     # A pressure pushes the surface down, away from the wall.
     assert problem.displacement(gap, separation).mean() == pytest.approx(-0.02 / stiffness, rel=1e-9)
+
+
+def test_a_clamped_mean_carries_any_traction_and_needs_none() -> None:
+    problem = ContactProblem(GRID, LennardJonesSpline(0.3), HEIGHTS, HalfSpace("clamped"))
+    wave = sine(GRID, AMPLITUDE, (2, 0))
+    found = problem.elastic_traction_q(GRID.forward(wave + 1.3))
+    np.testing.assert_allclose(found, problem.elastic_traction_q(GRID.forward(wave)), atol=1e-15)
+    assert found[0, 0] == 0
