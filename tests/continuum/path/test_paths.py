@@ -24,7 +24,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
 from continuum.model.substrates import HalfSpace, MeanMode
 from continuum.model.surface import SelfAffine, moments
-from continuum.model.surfaces import sphere
+from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.path.aim import RESOLUTION
 from continuum.path.equilibrium import solver_of
@@ -237,6 +237,34 @@ def test_flats_on_stiff_springs_do_not_snap() -> None:
     assert not jumps(states)
 
 
+@pytest.mark.long
+def test_a_bracket_holds_the_jump_that_a_fine_path_finds() -> None:
+    grid = Grid((64, 8), (64.0, 8.0))
+    heights = sine(grid, 1.0, (1, 0))
+    problem = ContactProblem(grid, LennardJonesSpline(adhesion_length=0.05), heights, HalfSpace("clamped"))
+    fine = 0.01
+    ends = (3.2, 2.2)
+    down = np.round(np.arange(ends[0], ends[1] - fine / 2, -fine), 6).tolist()
+    path = list(follow(problem, "mean-gap", [*down, *down[-2::-1]], Settings(1e-8)))
+    loads = np.array([state.load for state in path])
+    search = Search(event_resolution=0.002, event_threshold=0.02)
+    inward, *rest = jumps(list(follow(problem, "mean-gap", [*ends, ends[0]], Settings(1e-8), (), search)))
+    outward = rest[-1]
+    # The work of a closed loop is what its jumps dissipate: positive.
+    assert np.trapezoid(loads, [state.mean_gap for state in path]) < -1e-4
+    # Hysteresis: the wave lets go farther out than it caught on.
+    assert inward.kind == "jump-in"
+    assert outward.kind in ("jump-out", "pull-off")
+    assert outward.after.value > inward.before.value
+    for event, part in ((inward, slice(0, len(down))), (outward, slice(len(down) - 1, None))):
+        change = np.abs(np.diff(loads[part]))
+        i = int(change.argmax())
+        one, other = path[part][i].target, path[part][i + 1].target
+        assert min(one, other) - 1e-3 <= event.before.value <= max(one, other) + 1e-3
+        assert min(one, other) - 1e-3 <= event.after.value <= max(one, other) + 1e-3
+        assert abs(event.after.load - event.before.load) == pytest.approx(change[i], rel=0.2)
+
+
 def test_a_sphere_comes_off_between_jkr_and_dmt() -> None:
     # Maugis' λ = σ0 (9R/(2π w E*²))^(1/3) = 1.5: P between 1.5 π w R (JKR) and 2 π w R (DMT), nearer to the first.
     grid, wall, radius = Grid.square(96, 1.5), LennardJonesSpline(adhesion_length=0.05), 200.0
@@ -402,8 +430,10 @@ def test_a_path_visits_each_target_and_the_same_ones_back(control: str, values: 
 
 SEARCH = """
 import signal, sys, time
+from functools import partial
 from pathlib import Path
 from continuum.cli import main
+from continuum.front import commands
 from continuum.runs.result import Result
 from continuum.solve.solver import Solver
 config, folder, points = sys.argv[1:]
@@ -417,6 +447,7 @@ def waiting(*arguments, **given):
         time.sleep(30)
     return solve(*arguments, **given)
 Solver.minimise = waiting
+commands.follow_run = partial(commands.follow_run, every=0.0)  # each point is in the file
 # A test runner that was itself started in the background ignores it, and so do all that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.exit(main(["run", config, "-o", folder]))
@@ -437,7 +468,7 @@ def test_ctrl_c_in_the_middle_of_a_search_leaves_what_is_finished(tmp_path: Path
         assert "now\n" in process.stdout  # read until it says so
         process.send_signal(signal.SIGINT)
         _, error = process.communicate(timeout=120)
-        assert process.returncode == 1
+        assert process.returncode == 130
         assert "the same command continues from there" in error
         assert _points(result) == points
         assert not list(result.parent.glob(".*.tmp"))
