@@ -243,7 +243,7 @@ def test_a_uniform_pressure_lies_in_the_middle_of_its_bins(pressure: float) -> N
     np.testing.assert_allclose(found.density, [0, 0, 0.25 / 0.04, 0, 0], atol=1e-12)
 
 
-@pytest.mark.parametrize("range_", [0.3, 1.0, 5.0])
+@pytest.mark.parametrize("range_", [0.03, 0.3, 1.0, 5.0])
 def test_between_two_distances_the_width_is_that_of_an_edge(range_: float) -> None:
     """Of a gap that rises as x^(3/2); NaN where it does not rise so far."""
     x = np.array([0.2, 0.9, 1.5, 2.2])

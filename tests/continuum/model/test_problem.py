@@ -8,6 +8,7 @@ import pytest
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer
+from continuum.model.substrates.tabulated import TabulatedSubstrate
 from continuum.model.surfaces import sine
 from continuum.model.walls import LennardJonesSpline
 
@@ -42,3 +43,13 @@ def test_a_clamped_mean_carries_any_traction_and_needs_none() -> None:
     found = problem.elastic_traction_q(GRID.forward(wave + 1.3))
     np.testing.assert_allclose(found, problem.elastic_traction_q(GRID.forward(wave)), atol=1e-15)
     assert found[0, 0] == 0
+
+
+@pytest.mark.parametrize("share", [0.25, 1.0, 4.0])
+def test_tolerances_are_relative_to_the_tractions_that_flatten_the_surface(share: float) -> None:
+    """Of a wave, K_q a/sqrt(2) is the root mean square: twice that, where the substrate is softer than E* = 1."""
+    stiffness = share * HalfSpace("free").stiffness(GRID)
+    substrate = TabulatedSubstrate(stiffness, GRID.lengths, "a share of the half-space")
+    problem = ContactProblem(GRID, LennardJonesSpline(0.3), HEIGHTS, substrate)
+    slope = 2 * np.pi * 2 / 32 * AMPLITUDE / np.sqrt(2)
+    assert problem.traction_scale == pytest.approx(min(share, 1.0) * slope, rel=1e-12)
