@@ -294,7 +294,7 @@ def test_every_smoke_input_runs_converges_and_costs_what_was_expected(path: Path
     assert summary.converged
     assert max(step.area_rep for step in summary.points) > 0.01
     pairs = sum(point.fft_pairs + point.search_pairs for point in summary.points)
-    # It is made for surfaces, on a substrate of one material.
+    # Fitted to surfaces on a substrate of one material; these two take 5.7 and 3.4 times as many.
     assert path.stem in ("line", "layered") or 1 / 2 < pairs / cost_of(config).fft_pairs < 2
 
 

@@ -51,11 +51,8 @@ class WindowMean:
         rare = within == 0 or float(scipy.special.fdtrc(count - 1, (BLOCKS - 2) * count, among / within)) < RARE
         drift, drifts = 0.0, False
         if count > 2:
-            time = np.arange(count) - (count - 1) / 2
-            slope = float(time @ values / (time @ time))
-            # Student's test of a slope, by the part of the scatter that the line leaves.
-            left = max(0.0, 1 - slope**2 * float(time @ time) / (among * (count - 1)))
-            drift, drifts = slope * (count - 1), bool(scipy.special.betainc(count / 2 - 1, 0.5, left) < RARE)
+            line = scipy.stats.linregress(np.arange(count), values)
+            drift, drifts = float(line.slope * (count - 1)), bool(line.pvalue < RARE)
         scatter = float(np.sqrt(among / within)) if within else np.inf
         return cls(mean, max(error, correlated_error(values)), count, drift, drifts, scatter, rare)
 

@@ -130,9 +130,14 @@ def datasets_in(path: str | Path, group: h5py.Group, prefix: str = "") -> Iterat
             yield prefix + name, item
 
 
+def lies_here(group: h5py.Group, name: str) -> bool:
+    """Whether a member lies in this file, by no link to elsewhere; asked in half the time of h5py's own question."""
+    return bool(group.id.links.get_info(name.encode()).type == h5l.TYPE_HARD)
+
+
 def _item(path: str | Path, group: h5py.Group, name: str, full: str) -> Any:
     """The member of a group of this name; refused if it lies in another file."""
-    if group.id.links.get_info(name.encode()).type != h5l.TYPE_HARD:  # half the time of h5py's own question
+    if not lies_here(group, name):
         raise StoreError(f"{path}: {full} is a link to elsewhere, which is refused")
     item = group[name]
     if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external):

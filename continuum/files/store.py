@@ -17,11 +17,11 @@ from typing import Any
 
 import h5py
 import numpy as np
-from h5py import h5a, h5ds, h5l, h5o, h5s, h5t
+from h5py import h5a, h5ds, h5o, h5s, h5t
 from numpy.typing import ArrayLike, NDArray
 
 from continuum.errors import OutputError
-from continuum.files.hdf5 import NO_VALUES, StoreError, created, datasets_in, has_no_values, member, opened
+from continuum.files.hdf5 import NO_VALUES, StoreError, created, datasets_in, has_no_values, lies_here, member, opened
 
 Attribute = bool | int | float | str
 
@@ -288,8 +288,7 @@ def _attributes(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Attr
     for name, value in _plain_values(group.attrs):
         yield prefix + name, value
     for name in group:
-        hard = group.id.links.get_info(key := name.encode()).type == h5l.TYPE_HARD
-        if hard and h5o.get_info(group.id, key).type == h5o.TYPE_GROUP:  # faster than by h5py's `get`
+        if lies_here(group, name) and h5o.get_info(group.id, name.encode()).type == h5o.TYPE_GROUP:
             yield from _attributes(group[name], f"{prefix}{name}/")
 
 

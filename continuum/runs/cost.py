@@ -1,7 +1,8 @@
 """Estimate the cost of a run from its input: memory, FFT pairs, and core-seconds on this machine.
 
-The counts of transforms in ``cost.toml`` were fitted to the runs of ``inputs/``, within a factor of two; the time of a
-transform is measured on this machine.
+The counts of transforms in ``cost.toml`` were fitted to the runs of ``inputs/``, within a factor of two but for the
+line and the layered substrate of ``inputs/smoke``, which take 5.7 and 3.4 times as many, and the sweep of 256² points
+in ``bandwidth-256.toml``, which takes 0.4 times as many; the time of a transform is measured on this machine.
 """
 
 import os
@@ -29,7 +30,7 @@ _MEMORY, _PAIRS, _ROUGH, _APART, _TIME = (
 
 @dataclass(frozen=True)
 class Cost:
-    """Cost of a run, within a factor of about two, or three near instabilities."""
+    """Cost of a run, within a factor of about two, or three near instabilities, of a surface on one material."""
 
     memory: int
     """Peak memory, in bytes."""

@@ -223,6 +223,11 @@ def effective_range(attraction: Callable[[float], float], cutoff: float = np.inf
     end = np.cbrt(cutoff)
     weighted = scipy.integrate.quad(lambda s: 3 * s * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0]
     work = scipy.integrate.quad(lambda s: 3 * s**2 * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0]
+    return range_of_integrals(weighted, work)
+
+
+def range_of_integrals(weighted: float | np.floating, work: float | np.floating) -> float:
+    """Effective range from ∫ Δ^(-1/3) p(Δ) dΔ and ∫ p(Δ) dΔ, Eq. (S-5)."""
     return float((2 / 3 * weighted / work) ** -3)
 
 

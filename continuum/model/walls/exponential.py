@@ -12,6 +12,7 @@ from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.wall import Wall
 from continuum.tables import Positive
+from continuum.theory import paper
 
 
 class Exponential(Wall, kind="exponential"):
@@ -53,7 +54,7 @@ class Exponential(Wall, kind="exponential"):
         x = -self.zero_gap / self.decay_length  # the end of the core: tension grows up to γ/ρ there, and then decays
         # Both integrals over γ/ρ, in powers of ρ; Tricomi's U is exp(x) Γ(2/3, x), which is finite for any x.
         weighted, work = 0.6 * np.cbrt(x) ** 2 + scipy.special.hyperu(1 / 3, 1 / 3, x), x / 2 + 1
-        return self.decay_length * float((2 / 3 * weighted / work) ** -3)
+        return self.decay_length * paper.range_of_integrals(weighted, work)
 
     @property
     def equivalent_range(self) -> float:

@@ -14,6 +14,7 @@ from continuum.model.laws import Law
 from continuum.model.walls.spline import LARGEST_RANGE
 from continuum.model.walls.wall import CORE, NOT_GIVEN, Instead, Wall
 from continuum.tables import Fault, Fraction, InInputs, constraint, frozen
+from continuum.theory import paper
 
 _Power = Annotated[int, Field(ge=2)]
 
@@ -66,7 +67,7 @@ class InversePowers(Wall):
         """Effective range of the attraction, Eq. (S-5): beta functions of the powers alone."""
         m, n = self.powers
         weighted = scipy.special.beta(2 / 3, n + 1 / 3) - scipy.special.beta(2 / 3, m + 1 / 3)
-        return float((2 / 3 * weighted / (1 / n - 1 / m)) ** -3)
+        return paper.range_of_integrals(weighted, 1 / n - 1 / m)
 
     @property
     def equivalent_range(self) -> float:

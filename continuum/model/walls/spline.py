@@ -13,6 +13,7 @@ from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.wall import CORE, NOT_GIVEN, Instead, Wall
 from continuum.tables import Fraction, InInputs, Positive
+from continuum.theory import paper
 
 LARGEST_RANGE = 3.0
 """Largest range of the paper's law in an input, in a0.  Its largest tension is (2/27) E* r/a0: at 3 a0 it is 0.22 E*,
@@ -76,7 +77,7 @@ class LennardJonesSpline(Wall, kind="lennard-jones-spline"):
     def effective_range(self) -> float:
         """Effective range of the attraction, Eq. (S-5), with p ~ t (1 - t)²: 1.05659 ranges."""
         weighted, work = scipy.special.beta(5 / 3, 3), scipy.special.beta(2, 3)
-        return self.range * float((2 / 3 * weighted / work) ** -3)
+        return self.range * paper.range_of_integrals(weighted, work)
 
     @property
     def equivalent_range(self) -> float:

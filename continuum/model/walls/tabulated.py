@@ -14,6 +14,7 @@ from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.wall import Wall
+from continuum.theory import paper
 
 
 class TabulatedWall(Wall):
@@ -101,7 +102,7 @@ class TabulatedWall(Wall):
         s = (ends[:-1] * (1 - nodes) + ends[1:] * (1 + nodes)) / 2
         pull = -self.evaluate(self.zero_gap + s**3).traction * weights * np.diff(ends, axis=0)
         weighted, work = np.sum(pull * s), np.sum(pull * s * s)
-        return float((2 / 3 * weighted / work) ** -3) if work > 0 else 0.0
+        return paper.range_of_integrals(weighted, work) if work > 0 else 0.0
 
     @property
     def core(self) -> float:

@@ -188,10 +188,6 @@ class Passes:
     def over(self, task: Task[Given], edges: Sequence[int], *given: Given.args, **named: Given.kwargs) -> Real:
         """Run a task over all blocks; returns the sums, shape (SUMS,)."""
         blocks = len(edges) - 1
-        total: Real = np.zeros(SUMS)
-        if blocks == 1:  # a small grid: what several blocks need would take as long as the task
-            self.fft_seconds += task(edges[0], edges[1], total, *given, **named) or 0.0
-            return total
         sums, seconds = np.zeros((blocks, SUMS)), [0.0] * blocks
 
         def run(b: int) -> None:
@@ -199,7 +195,8 @@ class Passes:
 
         self._each(run, blocks)
         self.fft_seconds += sum(seconds) / min(self.threads, blocks)
-        return sums.sum(axis=0, out=total)
+        total: Real = sums.sum(axis=0)
+        return total
 
     def _each(self, task: Callable[[int], None], blocks: int) -> None:
         """Run ``task(b)`` for each block b, several at once.
@@ -212,7 +209,7 @@ class Passes:
             for b in mine:
                 task(b)
 
-        if self.threads == 1:
+        if self.threads == 1 or blocks == 1:
             run(range(blocks))
         else:
             pool = self._workers()

@@ -161,7 +161,7 @@ def test_numbers_of_the_supplement() -> None:
 # --- any units ---------------------------------------------------------------------------------------------
 
 NUMBER, LENGTH, CURVATURE, MODULUS, WORK, FORCE = (0, 0), (1, 0), (-1, 0), (0, 1), (1, 1), (2, 1)
-ARGUMENTS: dict[str, tuple[tuple[int, int], float]] = {
+ARGUMENTS: dict[str, tuple[tuple[float, int], float]] = {
     # name: powers of length and modulus, a value about which the drawn ones lie
     **dict.fromkeys(("rms_slope", "kappa_att", "area_ratio", "ratio"), (NUMBER, 0.7)),
     "kappa_rep": (NUMBER, 2.0),
@@ -171,7 +171,8 @@ ARGUMENTS: dict[str, tuple[tuple[int, int], float]] = {
     "wavelength": (LENGTH, 20.0),
     "cutoff": (LENGTH, 2.0),
     "adhesion_length": (LENGTH, 0.01),
-    "work_of_adhesion": (WORK, 0.01),
+    **dict.fromkeys(("work", "work_of_adhesion"), (WORK, 0.01)),
+    "weighted": ((2 / 3, 1), 0.01),
     "conformal_energy": (WORK, 0.02),
     **dict.fromkeys(("rms_curvature", "wavenumber"), (CURVATURE, 0.5)),
     "area": ((2, 0), 5.0),
@@ -190,6 +191,7 @@ RESULTS: dict[str, tuple[int, int] | tuple[tuple[int, int], ...]] = {
     ),
     **dict.fromkeys(("gap_scale", "diameter", "width"), LENGTH),
     **dict.fromkeys(("asperity_radius", "attraction_width", "contact_diameter", "effective_range"), LENGTH),
+    "range_of_integrals": LENGTH,
     **dict.fromkeys(("gap_outside_contact", "height_change", "necessary_adhesion_length", "perimeter"), LENGTH),
     **dict.fromkeys(("snap_in_wavelength", "contact_radius", "indentation"), LENGTH),
     **dict.fromkeys(
