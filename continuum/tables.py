@@ -197,8 +197,8 @@ class TableFamily(Table):
     """The kinds by their names, in the order in which they were defined."""
 
     def keywords(self) -> dict[str, Any]:
-        """All keys but the kind, with their values."""
-        return {name: value for name, value in self if name != self.kind_key}
+        """All keys but the kind, with their values; raises AttributeError, as any key does, if one is faulty."""
+        return {name: getattr(self, name) for name in type(self).model_fields if name != self.kind_key}
 
     @classmethod
     def is_family(cls) -> bool:

@@ -118,7 +118,7 @@ class EmbeddedAtomTable(Interatomic):
     """interatomic model"""
     file: Annotated[Path, BeforeValidator(_potential_file)]
     """file, relative to the folder of this input, or the bare name of a potential that comes with LAMMPS"""
-    element: _Symbol | tuple[_Symbol, ...] | None = None
+    element: _Symbol | Annotated[tuple[_Symbol, ...], Field(min_length=1)] | None = None
     """chemical symbol, or several of an alloy in a list; may be left out if the file has only one"""
 
     @constraint

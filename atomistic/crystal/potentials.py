@@ -69,7 +69,7 @@ def find_potential(name: str | Path, folder: str | Path | None = None) -> Path:
     found = [path for path in candidates if path.is_file()]
     if found:
         return found[0]
-    names = [path.name for place in shipped for path in place.iterdir() if ".eam" in path.name]
+    names = [path.name for place in shipped for path in place.iterdir()]
     hint = slip(named.name, names, "; did you mean {}?")
     places = ", ".join(map(str, shipped)) or "no folder of potentials"
     msg = f"there is no potential file {str(named)!r} in {own.parent} nor among those of LAMMPS ({places}){hint}"
