@@ -28,6 +28,7 @@ POTENTIAL = "potential.eam"
 """Name of a potential file wherever LAMMPS reads it."""
 _LARGEST = 200_000_000  # bytes
 _ELEMENT = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
+_LONE_RETURN = re.compile(rb"\r(?!\n)")
 
 
 class PotentialError(InputError, ValueError):
@@ -35,16 +36,18 @@ class PotentialError(InputError, ValueError):
 
 
 def content_of(path: Path) -> bytes:
-    """Content of the file of a potential.
+    """Content of the file of a potential, in which lines end as LAMMPS knows it.
 
     Raises PotentialError if it cannot be read, or is too large to be one.
     """
     try:
         if path.stat().st_size > _LARGEST:
             raise PotentialError(f"{path} has more than {_LARGEST} bytes: this is not a potential")
-        return path.read_bytes()
+        content = path.read_bytes()
     except OSError as error:
         raise PotentialError(f"{path} cannot be read: {error}") from error
+    # LAMMPS would read a text whose lines end by CR alone, as on old Macs, as a single line.
+    return content if b"\0" in content else _LONE_RETURN.sub(b"\n", content)
 
 
 def find_potential(name: str | Path, folder: str | Path | None = None) -> Path:
@@ -230,7 +233,7 @@ def _parse(content: bytes) -> _Table:
     It is read as LAMMPS reads it: below the comment lines, what follows a # is a comment, each table begins with a new
     line, and numbers left over on its last line, or on one line after the last table, are ignored.
     """
-    lines = content.decode("utf-8", errors="replace").splitlines()
+    lines = content.decode("utf-8", errors="replace").split("\n")  # a form feed, for one, ends no line of LAMMPS
     names = _names(lines)
     above = 3 if names else 1
     comment = " ".join(" ".join(lines[:above]).split())

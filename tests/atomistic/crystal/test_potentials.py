@@ -83,6 +83,12 @@ def test_a_file_is_read_as_lammps_reads_it(tmp_path, name, element):
         own = EmbeddedAtom.read(path, element)
         assert (own.style, own.element, own.mass, own.cutoff) == (plain.style, plain.element, plain.mass, plain.cutoff)
         assert energy(own) == energy(plain) != 0
+    # Lines end as on old Macs or on Windows; a form feed or a separator of Unicode ends none.
+    for end in ("\r", "\r\n"):
+        path.write_bytes(end.join(["\f\x85 " + lines[0], *lines[1:]]).encode())
+        own = EmbeddedAtom.read(path, element)
+        assert (own.style, own.mass, own.cutoff) == (plain.style, plain.mass, plain.cutoff)
+        assert energy(own) == energy(plain)
     path.write_text("\n".join(lines[:-1]))
     with pytest.raises(PotentialError, match=r"asks for \d+ numbers and it holds"):
         EmbeddedAtom.read(path, element)
