@@ -73,6 +73,7 @@ def deck(
         made = front.deck(file, start=start, progress=tell_parts)
     directory = made.write(output or Path("decks") / Path(file).stem, force=force)
     report(lines=[f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution"])
+    report(lines=[f"copied   {path}, which is not in the folder of the input" for path in made.copied])
     report(lines=[f"start    {made.notes[-1].removeprefix('Starts: ')}"] if start else [])
     report(lines=[f"wall     {made.crystal.about}"] if made.crystal is not None else [])
     if run:

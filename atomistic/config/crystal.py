@@ -177,7 +177,8 @@ class PairStyleTable(Interatomic):
         try:
             self.potential()
         except ArgumentError as error:
-            yield Fault(({"paths": "files"}.get(error.name, error.name),), error.allowed)
+            name = "files" if error.name in ("paths", "contents") else error.name
+            yield Fault((name,), error.allowed)
         except PotentialError as error:
             yield Fault(("files",), str(error))
 

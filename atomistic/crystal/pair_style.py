@@ -19,6 +19,10 @@ from continuum.arguments import ArgumentError, file_name, flag, number
 REFUSED_STYLES = re.compile(r"python|none|zero|list|srp.*|kim|quip|hybrid/(?!overlay$).*")
 """Refused styles: those that run code from a file, read other paths, describe no crystal, or weigh several styles by
 variables.  Those that ``hybrid`` and ``hybrid/overlay`` combine are words that follow, of which none may be refused."""
+_MLIAP = re.compile(r"mliap(/.*)?")
+_PYTHON = frozenset({"mliappy", "unified"})
+"""Words by which ``mliap`` loads a model of Python, a pickle, which runs code as it is read."""
+_PICKLE = re.compile(rb"\x80[\x02-\x05]")
 _STYLE = re.compile(r"[a-z][a-z0-9/_+-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_.+*/=-]{1,100}")
 _ELEMENT = re.compile(r"[A-Z][a-z]?")
@@ -87,6 +91,11 @@ class PairStyle(BondlessPotential):
         _check_words("arguments", self.arguments, self.contents, combined)
         if combined and (bad := [*filter(REFUSED_STYLES.fullmatch, self.arguments)]):
             raise ArgumentError("arguments", self.arguments, f"styles that are allowed by themselves: {bad[0]} is not")
+        if any(map(_MLIAP.fullmatch, (style, *self.arguments))) and (bad := sorted(_PYTHON & {*self.arguments})):
+            allowed = f"linear, quadratic and nn as models of mliap: {bad[0]} is Python's, which runs code as it is read"
+            raise ArgumentError("arguments", self.arguments, allowed)
+        if pickled := [name for name, content in contents.items() if _PICKLE.match(content)]:
+            raise ArgumentError("contents", pickled[0], "files of numbers and text: a pickle runs code as it is read")
         lines = self.coefficients
         if not isinstance(lines, Sequence) or isinstance(lines, str | bytes) or not lines or not all(lines):
             raise ArgumentError("coefficients", lines, 'words of one pair_coeff or more, as (("*", "*"),)')

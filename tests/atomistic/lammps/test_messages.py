@@ -154,3 +154,24 @@ def test_a_start_below_the_core_is_one_message_and_nothing_is_written(tmp_path, 
     message = said(capsys)
     assert "core" in message or "past one another" in message
     assert not (tmp_path / "deck").exists()
+
+
+def test_files_from_outside_the_folder_of_an_input_are_listed_as_its_deck_is_written(tmp_path, capsys):
+    """An input that somebody sent names any file, also by a link; who passes on the deck should know."""
+    for folder in ("sent", "mine"):
+        (tmp_path / folder).mkdir()
+    for name in ("mine/secret", "mine/linked", "sent/beside"):
+        (tmp_path / name).write_text("# a text")
+    (tmp_path / "sent/link").symlink_to(tmp_path / "mine/linked")
+    potential = """kind = "pair-style"
+style = "eam"
+element = "Ni"
+mass = 58.7
+cutoff = 4.8
+lattice_constant = 3.52
+coefficients = [["1", "1", "Ni_u3.eam"]]
+files = ["../mine/secret", "link", "beside"]"""
+    (tmp_path / "sent/in.toml").write_text(DECK.replace('kind = "springs"', potential))
+    assert main(["deck", str(tmp_path / "sent/in.toml"), "-o", str(tmp_path / "deck")]) == 0
+    lines = [line.split()[1] for line in capsys.readouterr().out.splitlines() if line.startswith("copied")]
+    assert lines == [f"{tmp_path}/mine/secret,", f"{tmp_path}/mine/linked,"]
