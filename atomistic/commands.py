@@ -23,7 +23,7 @@ from continuum.sheet import pairs
 from continuum.show.console import progress, progress_of_known, report, verbose
 from continuum.tables import Fault
 
-like = partial(like_of, hint="Finished work is stored; `atomistic doctor` checks the LAMMPS of this machine.")
+like = partial(like_of, hint="Finished work is stored.")
 INPUTS: dict[str, tuple[type[Document], str]] = {
     "validate": (ValidateConfig, "inputs/validate/quick.toml"),
     "deck": (DeckConfig, "inputs/lammps/rough.toml"),

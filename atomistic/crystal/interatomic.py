@@ -47,6 +47,11 @@ class BondlessPotential(Species):
         """Files that their commands read."""
         return {}
 
+    @property
+    def names(self) -> Mapping[str, str]:
+        """Names of these files as they were given."""
+        return {}
+
     def settings(self) -> str:
         """LAMMPS commands that come before the atoms are read."""
         return f"atom_style      {self.atom_style}"
@@ -139,6 +144,10 @@ class Springs(Species, OfCube):
 
     @property
     def files(self) -> Mapping[str, bytes]:
+        return {}
+
+    @property
+    def names(self) -> Mapping[str, str]:
         return {}
 
     @property

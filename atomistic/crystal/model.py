@@ -10,6 +10,7 @@ A :data:`Potential` is a frozen set of parameters in the units that LAMMPS is gi
     force_range          largest distance at which a displaced atom changes forces
     guess                volume per atom of the fcc crystal, roughly; 0 if unknown
     files                contents of the files that its commands read, by the names that they use
+    names                names of these files as they were given, by the names that commands use
     identity             names and numbers that determine results
     reference            source of the model, stored with results
     settings()           LAMMPS commands that come before the atoms are read
@@ -110,6 +111,7 @@ class OfPotential:
     cutoff = _of_potential("cutoff")
     force_range = _of_potential("force_range")
     files = _of_potential("files")
+    names = _of_potential("names")
     identity = _of_potential("identity")
     reference = _of_potential("reference")
     settings = _of_potential("settings")

@@ -92,7 +92,9 @@ class PairStyle(BondlessPotential):
         if combined and (bad := [*filter(REFUSED_STYLES.fullmatch, self.arguments)]):
             raise ArgumentError("arguments", self.arguments, f"styles that are allowed by themselves: {bad[0]} is not")
         if any(map(_MLIAP.fullmatch, (style, *self.arguments))) and (bad := sorted(_PYTHON & {*self.arguments})):
-            allowed = f"linear, quadratic and nn as models of mliap: {bad[0]} is Python's, which runs code as it is read"
+            allowed = (
+                f"linear, quadratic and nn as models of mliap: {bad[0]} is Python's, which runs code as it is read"
+            )
             raise ArgumentError("arguments", self.arguments, allowed)
         if pickled := [name for name, content in contents.items() if _PICKLE.match(content)]:
             raise ArgumentError("contents", pickled[0], "files of numbers and text: a pickle runs code as it is read")
@@ -144,6 +146,10 @@ class PairStyle(BondlessPotential):
     def files(self) -> Mapping[str, bytes]:
         return {self._names[name]: content for name, content in self.contents.items()}
 
+    @property
+    def names(self) -> Mapping[str, str]:
+        return {ours: "".join(filter(str.isprintable, name))[:80] for name, ours in self._names.items()}
+
     @cached_property
     def identity(self) -> dict[str, str | float]:
         """What results depend on: files count by their content."""
@@ -156,7 +162,7 @@ class PairStyle(BondlessPotential):
     @property
     def reference(self) -> str:
         files = ", ".join(
-            f"{''.join(c for c in name if c.isprintable())[:80]} (sha256 {hashlib.sha256(content).hexdigest()[:12]})"
+            f"{self.names[self._names[name]]} (sha256 {hashlib.sha256(content).hexdigest()[:12]})"
             for name, content in self.contents.items()
         )
         return f"{' '.join(self.elements)}, pair_style {self.style}{f', {files}' if files else ''}"

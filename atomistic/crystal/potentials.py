@@ -193,6 +193,10 @@ class EmbeddedAtom(BondlessPotential):
     def files(self) -> Mapping[str, bytes]:
         return {POTENTIAL: self.content}
 
+    @property
+    def names(self) -> Mapping[str, str]:
+        return {POTENTIAL: self.name}
+
     @cached_property
     def identity(self) -> dict[str, str]:
         digest = hashlib.sha256(self.content).hexdigest()

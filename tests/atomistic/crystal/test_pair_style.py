@@ -82,7 +82,10 @@ def test_notes_and_comments_reach_no_script(note):
         ({"style": "adp", "coefficients": (("*", "*", "eam/alloy"),)}, "coefficients = .*under files"),
         ({"coefficients": (("*", "*", "/etc/passwd"),)}, "coefficients = .* under files"),
         ({"style": "mliap", "arguments": ("unified", "a.pkl", "0"), "contents": {"a.pkl": b""}}, "unified is Python's"),
-        ({"style": "mliap/kk", "arguments": ("model", "mliappy", "a", "descriptor", "sna", "b")}, "mliappy is Python's"),
+        (
+            {"style": "mliap/kk", "arguments": ("model", "mliappy", "a", "descriptor", "sna", "b")},
+            "mliappy is Python's",
+        ),
         ({"style": "hybrid/overlay", "arguments": ("mliap", "unified", "a", "zbl", "1", "2")}, "unified is Python's"),
         ({"contents": {"model": b"\x80\x04\x95"}}, "contents = 'model'.*a pickle runs code"),
         ({"coefficients": ()}, "coefficients = "),
@@ -101,6 +104,18 @@ def test_a_style_that_lammps_does_not_have_is_named():
         model_of(PairStyle("adb", "Cu", 63.5, 5.0, 3.6))
     with pytest.raises(PotentialError, match=r"no pair_style 'eam/aloy'; did you mean eam/alloy"):
         model_of(PairStyle("hybrid/overlay", "Cu", 63.5, 5.0, 3.6, ("eam/aloy",), (("*", "*", "eam/aloy", "Cu"),)))
+
+
+def test_what_lammps_refuses_names_the_files_of_the_user_and_is_an_error_of_the_input() -> None:
+    """Not potential.1, our name of it, nor a remedy for a LAMMPS that is well."""
+    with pytest.raises(PotentialError) as caught:
+        model_of(given(style="hybrid/overlay", arguments=("meam", "zbl", "1", "2"), files=("library.meam",),
+                       coefficients=(("*", "*", "library.meam", "Cu", "NULL", "Cu"),)))  # fmt: skip
+    message = str(caught.value)
+    assert "Expected hybrid sub-style instead of library.meam" in message
+    assert "* * library.meam Cu NULL Cu" in message
+    assert "doctor" not in message
+    assert "potential.1" not in message
 
 
 CELL = np.array([[0.0, 0, 0], [1.8, 1.8, 0.2]]), np.full(3, 3.6)

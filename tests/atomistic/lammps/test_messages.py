@@ -1,11 +1,13 @@
 """What the commands say where a deck cannot be written, run or read: one message, exit code 2, nothing half written."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from atomistic.cli import main
+from atomistic.lammps.result import tail
 
 DECK = """
 separation = 1.2
@@ -73,6 +75,13 @@ def test_a_damaged_run_is_one_message(deck, capsys, monkeypatch):
     (deck / "result.json").unlink()
     assert main(["read", str(deck)]) == 2
     assert "stopped" in said(capsys)
+
+
+def test_the_log_of_a_deck_is_quoted_with_the_names_of_the_user(deck):
+    description = json.loads((deck / "deck.json").read_text())
+    (deck / "deck.json").write_text(json.dumps(description | {"files": {"potential.1": "library.meam"}}))
+    (deck / "log.lammps").write_text("pair_coeff * * potential.1 Ni; no potential.10 or potential.eam\n")
+    assert tail(deck).endswith("pair_coeff * * library.meam Ni; no potential.10 or potential.eam")
 
 
 @pytest.mark.parametrize("command", ['srun "lmp', "", "  "])
