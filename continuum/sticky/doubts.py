@@ -18,8 +18,6 @@ GROWTH = 0.1
 FEW = 10.0
 """Smallest number of contacts of size d_rep² in 1 % of the map for an average; the paper shows A_rep above 10 λ_s²
 only."""
-STIFFEST = 2e12
-"""E* in Pa above which a warning is given; in other units no number is so large."""
 LINE_ERROR = 0.1
 """Error of slope and curvature from one line, measured on synthetic surfaces; it falls with the root of their
 number."""
@@ -91,8 +89,6 @@ def prediction_doubts(
     if len({mine.pixel for mine in analysed}) > 1:
         finest = min(mine.pixel for mine in analysed)
         found.append(f"different pixels: from {_length(finest)} to {_length(roughness.pixel)} one map is missing")
-    if contact.contact_modulus > STIFFEST:
-        found.append(f"E* = {units.readable(contact.contact_modulus, 'pressure')} is above that of any material")
     if roughness.pixel > contact.range:
         found.append(
             f"the pixel, {_length(roughness.pixel)}, is larger than the range of adhesion: roughness between the "

@@ -16,21 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from continuum import units
+from continuum import possible, units
 from continuum.arguments import ArgumentError, instance, number, texts
 from continuum.errors import InputError
 from continuum.files.toml import slip
 from continuum.model.cubic import CubicConstants, contact_modulus
 from continuum.model.hexagonal import HexagonalConstants
 from continuum.model.substrates import HalfSpace, LayeredHalfSpace, Substrate
-
-_POSSIBLE: dict[units.Quantity, tuple[float, float]] = {
-    "pressure": (1.0, 1e13), "energy_per_area": (1e-9, 1e3), "length": (1e-12, 1e-3),
-}  # fmt: skip
-"""Bounds in SI beyond which a number is taken as an error; far beyond all materials, interfaces and ranges."""
-_PROBES = (1e-9, 1.0)
-"""Radii of probes in m, from an atomically sharp tip to a lens."""
-_EXAMPLES: dict[units.Quantity, str] = {"pressure": '"2MPa"', "energy_per_area": '"50mJ/m2"', "length": '"0.5nm"'}
 
 
 class InterfaceError(InputError, ValueError):
@@ -294,16 +286,16 @@ def read_interface(
         if one is None:
             hint = slip(name.lower(), materials(), "did you mean {}? ")
             faults.append(f"`material` {name!r} is unknown: {hint}known are {', '.join(materials())}")
-    moduli = [_amount(faults, "modulus", text, "pressure") for text in texts("modulus", modulus, '"2MPa"')]
+    moduli = [_amount(faults, "modulus", text, "modulus") for text in texts("modulus", modulus, '"2MPa"')]
     ratios = [_ratio(faults, value) for value in _ratios(poisson)]
     if max(len(found), len(moduli), len(ratios)) > 2:
         faults.append("a contact has two bodies: `material`, `modulus` and `poisson` can be given twice")
     given = [
-        _amount(faults, "contact_modulus", contact_modulus, "pressure"),
-        _amount(faults, "work", work, "energy_per_area"),
-        _amount(faults, "range", range, "length"),
-        _amount(faults, "spacing", spacing, "length"),
-        _amount(faults, "probe", probe, "length"),
+        _amount(faults, "contact_modulus", contact_modulus, "modulus"),
+        _amount(faults, "work", work, "work"),
+        _amount(faults, "range", range, "range"),
+        _amount(faults, "spacing", spacing, "spacing"),
+        _amount(faults, "probe", probe, "probe"),
     ]
     if faults:
         raise InterfaceError("\n".join(faults))
@@ -330,28 +322,26 @@ def _coating(body: Body, text: str) -> Coating:
         raise InterfaceError(
             f"`coating` {text!r}: write thickness, Young's modulus and Poisson's ratio, as 50nm:200GPa:0.2"
         )
-    thickness, modulus = (_amount(faults, "coating", *one) for one in ((parts[0], "length"), (parts[1], "pressure")))
+    thickness, modulus = (
+        _amount(faults, "coating", parts[0], "thickness"),
+        _amount(faults, "coating", parts[1], "modulus"),
+    )
     poisson = _ratio(faults, parts[2])
     if faults or thickness is None or modulus is None or poisson is None:
         raise InterfaceError("\n".join(faults))
     return Coating(thickness, modulus / (1 - poisson**2), poisson, base, ratio)
 
 
-def _amount(faults: list[str], name: str, text: str | None, quantity: units.Quantity) -> float | None:
+def _amount(faults: list[str], name: str, text: str | None, kind: possible.Kind) -> float | None:
     """Parse a quantity with its unit to SI; errors are added to the faults."""
     if text is None:
         return None
-    instance(name, text, str, f"a text such as {_EXAMPLES[quantity]}")
+    instance(name, text, str, f'a text such as "{possible.POSSIBLE[kind].example}"')
     try:
-        value = units.parse(text, quantity)
+        return possible.from_text(text, kind)
     except ValueError as error:
         faults.append(f"`{name}` {error}")
         return None
-    what, (low, high) = ("probe", _PROBES) if name == "probe" else ("contact", _POSSIBLE[quantity])
-    if not low <= value <= high:
-        ends = " to ".join(units.readable(end, quantity, 3) for end in (low, high))
-        faults.append(f"`{name}` {text!r}: no {what} has this; possible are {ends}")
-    return value
 
 
 def _ratio(faults: list[str], value: str | float) -> float | None:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator
 from pydantic_core import PydanticCustomError
 
-from continuum import units
+from continuum import possible
 from continuum.files.tables import Document
 from continuum.tables import InputFile, Table
 from continuum.topography.mending import Detrending
@@ -25,22 +25,22 @@ def _several(value: Any, validated: ValidatorFunctionWrapHandler) -> Any:
         raise PydanticCustomError(fault["type"], "{text}", {"text": fault["msg"]}) from None
 
 
-def _quantity(quantity: units.Quantity, example: str) -> AfterValidator:
+def _quantity(kind: possible.Kind) -> AfterValidator:
     def check(text: str) -> str:
         try:
-            units.parse(text, quantity)
+            possible.from_text(text, kind)
         except ValueError as error:
-            words = quantity.replace("_", " ")
-            raise PydanticCustomError("quantity", "a positive {words} with its unit, as {example}",
-                                      {"words": words, "example": example}) from error  # fmt: skip
+            quantity, *_, example = possible.POSSIBLE[kind]
+            said = {"words": quantity.replace("_", " "), "ends": possible.ends(kind), "example": f'"{example}"'}
+            raise PydanticCustomError("quantity", "a {words} with its unit, {ends}, as {example}", said) from error
         return text
 
     return AfterValidator(check)
 
 
 Texts = Annotated[tuple[str, ...], WrapValidator(_several)]
-Length = Annotated[str, _quantity("length", '"0.5nm"')]
-Pressure = Annotated[str, _quantity("pressure", '"70GPa"')]
+Length = Annotated[str, _quantity("wavelength")]
+Modulus = Annotated[str, _quantity("modulus")]
 
 
 class TopographyTable(Table):
@@ -78,10 +78,10 @@ class TopographyTable(Table):
     """Part of the map to use, X0,X1,Y0,Y1, as 1um,9um,0,8um."""
     cutoff: Length | None = None
     """Use only waves longer than this length, as 100nm."""
-    tip: Length | None = None
+    tip: Annotated[str, _quantity("tip")] | None = None
     """Radius of the tip that measured the maps, as 10nm: waves too short for it count as not measured."""
     smallest: Length | None = None
-    """Wavelength, as 1nm, to which the spectrum is continued below the measured ones (default: two atoms)."""
+    """Length, as 1nm, to which the spectrum is continued below the measured ones (default: two atoms)."""
 
 
 class InterfaceTable(Table):
@@ -90,22 +90,22 @@ class InterfaceTable(Table):
     material: Texts = ()
     """Name of a material with cited values (continuum/sticky/materials.toml).  Given once the other body is rigid,
     given twice both are elastic."""
-    modulus: Annotated[tuple[Pressure, ...], WrapValidator(_several)] = ()
+    modulus: Annotated[tuple[Modulus, ...], WrapValidator(_several)] = ()
     """Young's modulus of a body, as 70GPa; twice for two."""
     poisson: Annotated[tuple[str | float, ...], WrapValidator(_several)] = ()
     """Poisson's ratio of a body; twice for two."""
-    contact_modulus: Pressure | None = None
+    contact_modulus: Modulus | None = None
     """Contact modulus E* = E/(1 - nu^2), as 80GPa, instead of modulus and poisson."""
-    work: Annotated[str, _quantity("energy_per_area", '"50mJ/m2"')] | None = None
+    work: Annotated[str, _quantity("work")] | None = None
     """Work of adhesion w, as 50mJ/m2."""
-    range: Length | None = None
+    range: Annotated[str, _quantity("range")] | None = None
     """Range of the attraction, as 0.5nm (for a law without cut-off, its effective range)."""
     coating: str | None = None
     """Coating of the one elastic body: thickness, Young's modulus and Poisson's ratio, as 50nm:200GPa:0.2.  Only the
     solver can then decide, as the theories have one modulus."""
-    spacing: Length | None = None
+    spacing: Annotated[str, _quantity("spacing")] | None = None
     """Spacing a0 of the atoms, as 0.25nm, for the necessary condition on crystals."""
-    probe: Annotated[str, _quantity("length", '"10um"')] | None = None
+    probe: Annotated[str, _quantity("probe")] | None = None
     """Radius of a sphere that is pulled off the surface, as 10um; bounds of its pull-off force are printed."""
 
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from numbers import Real as Number
 
-from continuum import units
+from continuum import possible, units
 from continuum.arguments import ArgumentError, instance, number, texts
 from continuum.topography.map import TopographyError, as_fault
 
@@ -61,12 +61,12 @@ def units_of(source: str, names: str | None) -> tuple[float | None, float | None
 
 
 def length_of(name: str, text: str | None) -> float | None:
-    """A length in m from a text such as "10nm"; None for None."""
+    """A wavelength, or a radius of a tip, in m from a text such as "10nm"; None for None."""
     if text is None:
         return None
     instance(name, text, str, 'a text such as "10nm"')
     with as_fault(f"`{name}` "):
-        return units.parse(text, "length")
+        return possible.from_text(text, "tip" if name == "tip" else "wavelength")
 
 
 def share(fill: str | float | None) -> float:

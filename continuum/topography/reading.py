@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from continuum import units
+from continuum import possible, units
 from continuum.arguments import ArgumentError, file_name, flag, number, pair
 from continuum.files.maps import HDF5_SUFFIXES, RawMap, of_array, read_map, stands_for_nothing, without_voids
 from continuum.files.text import NoTableError
@@ -32,11 +32,6 @@ FEW_HOLES = 0.01
 """Largest share of missing heights that is filled by default."""
 _SAME = 1e-3
 """Sizes that differ by less than this part are the same: some are given to three digits."""
-_ATOM = 0.25e-9
-"""Distance of neighbours in a solid, in m: of 0.1 to 0.5 nm."""
-_SMALLEST_PIXEL, _SMALLEST_HEIGHT = _ATOM / 10, _ATOM / 250
-"""Smaller ones, in m, are in another unit: a map of atoms has ten points between them, the smoothest surfaces that are
-measured, cleaved mica and graphite, an rms height of some 20 pm."""
 
 
 def read_topography(
@@ -97,7 +92,7 @@ def read_topography(
             return joined(parts, f"{path.name}: all measurements")
         found = _raw(path, dataset, part)
     known = _with_units(_measured(found, void), size, unit, position_unit, periodic, override)
-    return _not_too_small(_whole(known, corners, fill), known)
+    return _possible(_whole(known, corners, fill))
 
 
 def _raw(path: Path, dataset: str | None, part: str | None) -> RawMap:
@@ -143,18 +138,17 @@ def _measured(found: RawMap, void: Sequence[float]) -> RawMap:
     return found._replace(heights=heights, steps=steps)
 
 
-def _not_too_small(topography: Topography, found: RawMap) -> Topography:
-    """The topography, unless its pixels or heights are far below an atom."""
-    pixel, height = min(topography.grid.spacing), float(detrend(topography).heights.std())
-    if pixel < _SMALLEST_PIXEL:
-        said, least, what = f"pixels of {pixel:.2g} m", _SMALLEST_PIXEL, "the size is that of one pixel, or"
-    elif height < _SMALLEST_HEIGHT:
-        said, least, what = f"an rms height of {height:.2g} m", _SMALLEST_HEIGHT, "the heights are in m already, or"
-    else:
-        return topography
-    raise TopographyError(
-        f"{found.source}: {said}, below {least:.2g} m, far less than an atom: probably {what} in a larger unit"
+def _possible(topography: Topography) -> Topography:
+    """The topography, unless its pixels or heights are in another unit."""
+    looked_at: tuple[tuple[str, float, possible.Kind, str], ...] = (
+        ("pixels", min(topography.grid.spacing), "pixel", "the size that of one pixel"),
+        ("an rms height", float(detrend(topography).heights.std()), "height", "the heights in m already"),
     )
+    for what, value, kind, usual in looked_at:
+        if why := possible.fault(value, kind):
+            other = f"in another unit, or {usual}" if value < possible.POSSIBLE[kind].least else "in another unit"
+            raise TopographyError(f"{topography.source}: {what} of {value:.2g} m: {why}: probably {other}")
+    return topography
 
 
 def read_all(

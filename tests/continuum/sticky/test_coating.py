@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,18 +26,22 @@ def rough() -> Topography:
     return Topography(1e-9 * small.heights, (64e-9, 64e-9), periodic=True)
 
 
-def threshold(coating: str | None = None, **body: Any) -> float:
-    return press_map(rough(), read_interface(**BODY | body, coating=coating)).threshold().work
+def threshold(coating: str | None = None, thickness: float = 1.0, **body: Any) -> float:
+    """The threshold on a coating of a thickness in nm, which is possibly thinner than an atom."""
+    interface = read_interface(**BODY | body, coating=coating)
+    if interface.coating is not None:
+        interface = replace(interface, coating=replace(interface.coating, thickness=thickness * 1e-9))
+    return press_map(rough(), interface).threshold().work
 
 
 def test_a_coating_of_the_same_material_changes_nothing() -> None:
     # K_q to 1e-13; linear solves that end at 1e-3.
-    assert threshold("5nm:1GPa:0.3") == pytest.approx(threshold(), rel=1e-6)
+    assert threshold("1nm:1GPa:0.3", 5) == pytest.approx(threshold(), rel=1e-6)
 
 
 def test_the_threshold_lies_between_those_of_base_and_coating_and_tends_to_them() -> None:
     soft, stiff = threshold(), threshold(modulus="4GPa")
-    works = [threshold(f"{thickness}nm:4GPa:0.3") for thickness in (0.01, 3, 1000)]
+    works = [threshold("1nm:4GPa:0.3", thickness) for thickness in (0.01, 3, 1000)]
     # The area, and a core that is as stiff as the coating asks for, four times that of the base: as much once more.
     assert works[0] == pytest.approx(soft, rel=2 * AREA_TOLERANCE)
     assert works[2] == pytest.approx(stiff, rel=AREA_TOLERANCE)
