@@ -1,6 +1,7 @@
 """The commands of ``continuum sweep``: each calls the function of its name and shows what it returns."""
 
 import time
+import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -68,7 +69,9 @@ def sweep_status(*, watch: Watch = None, **given: Any) -> int:
 
 @like(sweeps.sweep_collect)
 def sweep_collect(**given: Any) -> int:
-    found = sweeps.sweep_collect(**given)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", collecting.LeftOutWarning)  # each fault is reported below
+        found = sweeps.sweep_collect(**given)
     faults = [*found.faults, *found.lacking]
     return report(*found.sheets(), warnings=faults, lines=found.files, ok=not faults)
 
@@ -84,4 +87,5 @@ def sweep_publish(**given: Any) -> int:
 def sweep_verify(sweep: Path, **given: Any) -> int:
     found = collecting.sweep_verify(sweep, **given)
     said = f"{sweep}: {found.files} files, {len(found.faults)} of them damaged"
-    return report(warnings=found.faults, lines=[said], ok=found.ok)
+    said += f", {len(found.unread)} could not be read now" if found.unread else ""
+    return report(warnings=[*found.faults, *found.unread], lines=[said], ok=found.ok)

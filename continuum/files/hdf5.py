@@ -5,6 +5,8 @@ read; what else a file contains does not matter.  These, and whatever is missing
 StoreError.  A file that cannot be written raises OutputError and leaves an older file of that name unchanged.
 """
 
+import os
+import stat
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import islice
@@ -25,8 +27,17 @@ NO_VALUES = "This is a netCDF dimension but not a netCDF variable."
 _DEEPEST = 8  # groups in groups; a group may hold itself
 
 
+_LOCKING = ("best-effort", False, True)
+"""Ways to lock a file: ours, which does without locks where a disk has none, and those of whoever holds it already, as
+HDF5 opens a file twice in one process only in the same way."""
+
+
 class StoreError(InputError, OSError):
     """A file cannot be read: missing, damaged, of another kind, or refused.  The message says which."""
+
+
+class UnreadError(StoreError):
+    """A file cannot be read now: open elsewhere, no permission, no memory, a disk that fails.  It may be sound."""
 
 
 @contextmanager
@@ -87,15 +98,33 @@ class _Disk:
 @contextmanager
 def opened(path: str | Path) -> Iterator[h5py.File]:
     """Open a file for reading; whatever h5py raises on a damaged file becomes a StoreError."""
-    if not Path(path).is_file():
-        raise StoreError(f"{path}: {'a folder, not a file' if Path(path).is_dir() else 'there is no such file'}")
-    try:
-        # Files are replaced, never changed, so locks protect nothing and read-only folders need none.
-        file = h5py.File(path, "r", locking=False)
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
-        raise StoreError(f"{path}: not an HDF5 file, or damaged or truncated ({error})") from error
-    with file, understood(path):
+    with _open(path) as file, understood(path):
         yield file
+
+
+def _open(path: str | Path) -> h5py.File:
+    for locking in _LOCKING:
+        try:
+            if not stat.S_ISREG(os.stat(path).st_mode):
+                break
+            return h5py.File(path, "r", locking=locking)
+        except (FileNotFoundError, NotADirectoryError) as error:
+            raise StoreError(f"{path}: there is no such file") from error
+        except (OSError, RuntimeError, ValueError, KeyError, MemoryError) as error:
+            if locking == _LOCKING[-1] or "flag values don't match" not in str(error):
+                raise _error(path, error, "not an HDF5 file, or damaged or truncated") from error
+    raise StoreError(f"{path}: a folder or a device, not a file")
+
+
+def _error(path: str | Path, error: Exception, of_content: str) -> StoreError:
+    """The error for a failure to read, which is of the content of the file unless the system has failed."""
+    if isinstance(error, BlockingIOError):
+        return UnreadError(f"{path}: another program has it open to write; try again when that has ended")
+    if isinstance(error, MemoryError):
+        return UnreadError(f"{path}: not enough memory to read it ({error})")
+    if isinstance(error, OSError) and error.errno is not None:
+        return UnreadError(f"{path}: cannot be read now: {os.strerror(error.errno)}")
+    return StoreError(f"{path}: {of_content} ({error})")
 
 
 @contextmanager
@@ -115,7 +144,7 @@ def understood(path: str | Path) -> Iterator[None]:
         MemoryError,
         ArithmeticError,
     ) as error:
-        raise StoreError(f"{path}: cannot be read, probably damaged ({error})") from error
+        raise _error(path, error, "cannot be read, probably damaged") from error
 
 
 def datasets_in(path: str | Path, group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:

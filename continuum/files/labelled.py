@@ -27,8 +27,7 @@ def open_labelled(path: Path, flags: Mapping[str, Sequence[str]]) -> xarray.Data
     flags : for a variable of words its possible values; it becomes an integer with the attributes ``flag_values`` and
         ``flag_meanings`` of the CF conventions (section 3.5), -1 where a file holds another word.
     """
-    # As all our files are read: files are replaced, never changed, so locks protect nothing.
-    data = xarray.open_dataset(path, engine="h5netcdf", driver_kwds={"locking": False})
+    data = xarray.open_dataset(path, engine="h5netcdf")
     changed = {
         str(name): _mask(variable.variable, data.sizes[str(variable.dims[-1]).removesuffix(PACKED)])
         for name, variable in data.data_vars.items()

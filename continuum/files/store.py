@@ -21,7 +21,17 @@ from h5py import h5a, h5ds, h5o, h5s, h5t
 from numpy.typing import ArrayLike, NDArray
 
 from continuum.errors import OutputError
-from continuum.files.hdf5 import NO_VALUES, StoreError, created, datasets_in, has_no_values, lies_here, member, opened
+from continuum.files.hdf5 import (
+    NO_VALUES,
+    StoreError,
+    UnreadError,
+    created,
+    datasets_in,
+    has_no_values,
+    lies_here,
+    member,
+    opened,
+)
 
 Attribute = bool | int | float | str
 
@@ -205,10 +215,15 @@ def read_datasets(
 
 
 def schema_of(path: str | Path) -> str | None:
-    """The schema of a file, in any version; None if there is no such file, or this program did not write it."""
+    """The schema of a file, in any version; None if there is no such file, or this program did not write it.
+
+    Raises UnreadError if the file cannot be read now.
+    """
     try:
         with opened(path) as file:
             return _as_text(file.attrs.get("schema")) or None
+    except UnreadError:
+        raise
     except StoreError:
         return None
 
@@ -221,7 +236,10 @@ def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool
     """
     if not path.exists():
         return None
-    found = schema_of(path)
+    try:
+        found = schema_of(path)
+    except UnreadError as error:
+        raise OutputError(str(error)) from error
     if found != schema:
         what = f"holds {found}" if found else "is not a result of this program, or is damaged"
         raise OutputError(f"{path}: {what}, and is left alone; move it, or choose another folder with --output")
@@ -231,6 +249,8 @@ def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool
         file = read_datasets(path, schema, version)
         same = file.attributes.get("identity") == identity
         fault = "" if same else f"{path}: holds another result (other physics, solver settings or input data)"
+    except UnreadError as error:
+        raise OutputError(str(error)) from error
     except StoreError as error:
         fault = str(error)
     if fault:

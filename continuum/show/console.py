@@ -10,6 +10,7 @@ import sys
 import time
 import traceback
 import unicodedata
+import warnings
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -234,7 +235,8 @@ def exit_code(
     _three_streams()
     _voice.set(voice)
     try:
-        with _stopped_as_by_ctrl_c():
+        with _stopped_as_by_ctrl_c(), warnings.catch_warnings():
+            warnings.showwarning = lambda message, *where, **more: warn([str(message)])
             code = command()
             sys.stdout.flush()
     except StickinessError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from continuum.arguments import choice, file_name, flag
 from continuum.files import output, store
-from continuum.files.hdf5 import StoreError
+from continuum.files.hdf5 import StoreError, UnreadError
 from continuum.files.store import Dataset
 from continuum.files.tables import identity, restored
 from continuum.files.toml import ConfigError
@@ -35,6 +36,10 @@ if TYPE_CHECKING:
     import xarray
 
 _KAPPAS = ("kappa", "kappa_rep", "kappa_att")
+
+
+class LeftOutWarning(UserWarning):
+    """Files of a sweep that could not be read are missing in a table or in means."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,7 +120,8 @@ class PointTable:
 
     def __repr__(self) -> str:
         there = f"{len(self.system)} points of {len(self.keys)} systems"
-        return f"PointTable({self.listing.name!r}, {there}, {self.missing} systems missing)"
+        left_out = f", {len(self.faults)} files LEFT OUT, see faults" if self.faults else ""
+        return f"PointTable({self.listing.name!r}, {there}, {self.missing} systems missing{left_out})"
 
     def sheets(self) -> list[Sheet]:
         """The collected points, and the results of searches."""
@@ -154,6 +160,7 @@ class PointTable:
         """
         single = [axis.keys[0] for axis in self.listing.axes if len(axis.keys) == 1]
         choice("over", over, single)
+        self._say_what_is_left_out()
         frame = self.to_pandas().drop(columns="system")
         others = [key for axis in self.listing.axes for key in axis.keys if key != over]
         groups = frame.drop(columns=over).groupby([*others, "step"], sort=False, dropna=False)
@@ -177,6 +184,12 @@ class PointTable:
         named = {"step", "trial", *(key for axis in self.listing.axes for key in axis.keys)}
         coordinates = {name: held.pop(name) for name in list(held) if name in named and len(held[name][0]) == 1}
         return xarray.Dataset(held, coordinates, said)
+
+    def _say_what_is_left_out(self) -> None:
+        if self.faults:
+            systems = len(self.keys) + len(self.faults)
+            said = f"{len(self.faults)} of {systems} files could not be read and are left out; the first: "
+            warnings.warn(said + self.faults[0], LeftOutWarning, stacklevel=3)
 
     def rows(self) -> tuple[list[tuple[str, str]], Iterator[list[Any]]]:
         """Name and unit of each column, and the rows of the tidy table."""
@@ -271,7 +284,7 @@ def as_cell(value: Any) -> Any:
 
 
 def collect(root: str | Path) -> PointTable:
-    """Read all finished systems; a file that cannot be read is reported as a fault.
+    """Read all finished systems; a file that cannot be read is a fault of the table, with a LeftOutWarning.
 
     Raises SweepError if there is no sweep.
     """
@@ -290,7 +303,7 @@ def collect(root: str | Path) -> PointTable:
     kept = [one["converged"] == 1 for one in found.values()]
     good = [one.table[points] for one, points in zip(found.values(), kept, strict=True)]
     own = {name: [one.own.get(name, np.full(len(one.table), np.nan)) for one in found.values()] for name in names}
-    return PointTable(
+    table = PointTable(
         listing,
         tuple(found),
         np.repeat(np.arange(len(good)), np.array([len(table) for table in good], dtype=int)),
@@ -304,6 +317,8 @@ def collect(root: str | Path) -> PointTable:
         own={name: np.concatenate([np.empty(0), *map(np.compress, kept, own[name])]) for name in names},
         lacking=tuple(_lacking(folder, found, names)),
     )
+    table._say_what_is_left_out()
+    return table
 
 
 def _lacking(folder: Folder, found: Mapping[str, SystemTable], names: Sequence[str]) -> Iterator[str]:
@@ -359,13 +374,16 @@ class Verification:
     """Result of checking the files of a sweep."""
 
     files: int
-    """Number of files that were read."""
+    """Number of files of the sweep."""
     faults: tuple[str, ...]
-    """Faults, with the names of the files."""
+    """Faults of damaged files, with their names."""
+    unread: tuple[str, ...] = ()
+    """Files that could not be read now, and why; they may be sound, and stay where they are."""
 
     @property
     def ok(self) -> bool:
-        return not self.faults
+        """Whether every file was read, and none is damaged."""
+        return not self.faults and not self.unread
 
 
 def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
@@ -385,27 +403,32 @@ def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
     flag("aside", aside)
     systems_of(root)
     paths = sorted(path for path in Folder(root).points.iterdir() if not path.name.startswith("."))
-    faults = {path: what for path in paths if (what := _fault(path))}
-    for path in faults if aside else ():
-        output.placed(path, output.folder(root / "damaged") / path.name)
-    return Verification(len(paths), tuple(faults.values()))
+    faults, unread = list[str](), list[str]()
+    for path in paths:
+        try:
+            _require_sound(path)
+        except UnreadError as error:
+            unread.append(str(error))
+        except StoreError as error:
+            faults.append(str(error))
+            if aside:
+                output.placed(path, output.folder(root / "damaged") / path.name)
+    return Verification(len(paths), tuple(faults), tuple(unread))
 
 
-def _fault(path: Path) -> str:
-    try:
-        file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, labels=True)
-        numbers_of(path)
-    except StoreError as error:
-        return str(error)
+def _require_sound(path: Path) -> None:
+    """Check the file of a finished system; raises StoreError with its fault, UnreadError if it cannot be read now."""
+    file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, labels=True)
+    numbers_of(path)
     key = str(file.attributes.get("identity"))
     if not (key and key.startswith(path.stem)):
-        return f"{path}: holds another system ({key[:24]}...)"
+        raise StoreError(f"{path}: holds another system ({key[:24]}...)")
     if not file.attributes.get("finished"):
-        return f"{path}: is not finished"
+        raise StoreError(f"{path}: is not finished")
     try:
         config = restored(RunConfig, str(file.attributes["config_resolved"]))
-        if not config.files and identity(config) != key:
-            return f"{path}: its input is not the one that its identity was made of"
+        sound = bool(config.files) or identity(config) == key
     except (ValueError, RecursionError, StoreError, ConfigError) as error:
-        return f"{path}: its input cannot be read ({error})"
-    return ""
+        raise StoreError(f"{path}: its input cannot be read ({error})") from error
+    if not sound:
+        raise StoreError(f"{path}: its input is not the one that its identity was made of")

@@ -14,6 +14,7 @@ from typing import Any
 
 from continuum.errors import OutputError
 from continuum.files import output, store
+from continuum.files.hdf5 import UnreadError
 from continuum.files.provenance import journal
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
@@ -165,8 +166,11 @@ def solve_system(root: Path, task: SystemTask) -> None:
     working = folder.work / task.path.name
     with output.reserved(folder.work / task.path.stem):
         if not task.path.is_file():  # else it was done before, or meanwhile by another process
-            if working.exists() and store.schema_of(working) != RunConfig.result_schema:
-                working.unlink()  # remains of an interrupted machine
+            try:
+                if working.exists() and store.schema_of(working) != RunConfig.result_schema:
+                    working.unlink()  # remains of an interrupted machine
+            except UnreadError as error:  # not a fault of the system
+                raise OutputError(str(error)) from error
             follow_run(
                 task.plan.config,
                 working,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -13,7 +15,7 @@ from hypothesis import strategies as st
 
 from continuum.errors import OutputError
 from continuum.files import output, store
-from continuum.files.hdf5 import StoreError, read_dataset
+from continuum.files.hdf5 import StoreError, UnreadError, read_dataset
 from continuum.files.maps import read_map
 from continuum.files.store import Dataset
 from tests.stored import ENGINES, opens_in_xarray
@@ -133,6 +135,44 @@ def test_a_truncated_file_is_noticed(tmp_path: Path, kept: float) -> None:
     path.write_bytes(content[: int(kept * len(content))])
     with pytest.raises(StoreError, match=r"damaged|not an HDF5"):
         read(path)
+
+
+@pytest.mark.parametrize("mode", ["r", "r+"])
+@pytest.mark.parametrize("locking", [None, True, False, "best-effort"])
+def test_a_file_that_this_process_has_open_is_read(tmp_path: Path, mode: str, locking: Any) -> None:
+    """HDF5 opens a file twice in one process in one way of locking only; sums and xarray's lazy data are the same."""
+    path = tmp_path / "a.h5"
+    store.write(path, some(), HEAD)
+    with h5py.File(path, mode, locking=locking):
+        np.testing.assert_array_equal(read(path)["gap"], some()["gap"].values)
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        np.testing.assert_array_equal(read(path)["gap"], data["gap"].values)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [BlockingIOError(errno.EAGAIN, "locked"), PermissionError(errno.EACCES, "no"), OSError(errno.EIO, "disk"),
+     MemoryError("1 TB")],
+    ids=["held", "permission", "disk", "memory"],
+)  # fmt: skip
+@pytest.mark.parametrize("when", ["open", "read"])
+def test_a_failure_of_the_system_is_not_damage_of_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, when: str
+) -> None:
+    path = tmp_path / "a.h5"
+    store.write(path, some(), HEAD)
+
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(*{"open": ("h5py.File", fail), "read": (store, "_values", fail)}[when])
+    with pytest.raises(UnreadError) as caught:
+        read(path)
+    assert str(path) in str(caught.value)
+    assert "damaged" not in str(caught.value)
+    if when == "open":
+        with pytest.raises(OutputError, match="a.h5"):  # and no file of another program
+            store.earlier(path, "test", 1, "", force=True)
 
 
 def test_what_is_missing_or_of_another_kind_is_said(tmp_path: Path) -> None:

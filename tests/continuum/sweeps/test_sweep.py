@@ -27,6 +27,8 @@ from hypothesis import strategies as st
 import continuum
 from continuum.cli import main
 from continuum.errors import InputError, OutputError
+from continuum.files import store
+from continuum.files.hdf5 import UnreadError
 from continuum.files.toml import ConfigError
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.points import sweep_points
@@ -34,7 +36,7 @@ from continuum.runs.config import expand_range
 from continuum.runs.cost import cost_of
 from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep, label_of
-from continuum.sweeps.collect import Verification, collect, sweep_verify
+from continuum.sweeps.collect import LeftOutWarning, Verification, collect, sweep_verify
 from continuum.sweeps.conditions import condition, holds, values_of
 from continuum.sweeps.measured import numbers_of
 from continuum.sweeps.status import sweep_status
@@ -434,6 +436,35 @@ def test_broken_files_are_one_message_each_and_verify_finds_all(
     assert {path.name for path in (root / "damaged").iterdir()} == {path.name for path in points[:5]}
     assert sum(not task.path.exists() for task in begin(Sweep.read(path), root)) == 5  # which are done again
     assert sweep_verify(root) == Verification(1, ())
+
+
+def test_a_file_that_is_held_is_no_damage(
+    undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Another process writes one file and this one reads another: one is left out, with a warning, and none moved."""
+    _, root = copied(undisturbed, tmp_path)
+    points = sorted((root / "points").iterdir())
+    opened = store.opened
+
+    def held(path: Path) -> Any:
+        if path == points[0]:
+            raise UnreadError(f"{path}: held")
+        return opened(path)
+
+    with h5py.File(points[1], locking=False):
+        assert len(collect(root).keys) == 6
+        monkeypatch.setattr(store, "opened", held)
+        with pytest.warns(LeftOutWarning, match=f"1 of 6 files.*{points[0].name}: held"):
+            found = collect(root)
+        assert len(found.keys) == 5
+        assert "1 files LEFT OUT" in repr(found)
+        with pytest.warns(LeftOutWarning):
+            found.means()
+        checked = sweep_verify(root, aside=True)
+    assert (checked.faults, len(checked.unread), checked.ok) == ((), 1, False)
+    assert sorted((root / "points").iterdir()) == points
+    assert main(["sweep", "verify", str(root)]) == 1
+    assert "0 of them damaged, 1 could not be read now" in capsys.readouterr().out
 
 
 def test_what_fails_is_recorded_stops_nothing_and_is_tried_again_on_request(tmp_path: Path) -> None:
