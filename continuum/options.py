@@ -52,6 +52,14 @@ def _shard(_: type, tokens: Sequence[Any]) -> tuple[int, int]:
     return int(part), int(parts)
 
 
+def _whole(_: type, tokens: Sequence[Any]) -> int:
+    """A whole number; cyclopts itself would round 1.9."""
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise ValueError(f"{tokens[0].value!r}: write a whole number, such as 2") from None
+
+
 def _gigabytes(_: type, tokens: Sequence[Any]) -> float:
     return 1e9 * float(convert(float, tokens))
 
@@ -231,6 +239,8 @@ def _signature(
             kind = parameter.POSITIONAL_ONLY if parameter.default is parameter.empty else parameter.KEYWORD_ONLY
         shown = None if parameter.default and not isinstance(parameter.default, tuple) else False
         said = [Parameter(help=texts.get(name), show_default=shown), *filter(None, [OPTIONS.get(name)])]
+        if int in (get_args(of) or (of,)):
+            said.insert(0, Parameter(converter=_whole))
         # What the command itself says of it comes last, and counts.
         annotation: Any = Annotated[(of, *said, *getattr(of, "__metadata__", ()))]
         found.append(parameter.replace(annotation=annotation, kind=kind))

@@ -117,6 +117,11 @@ def test_a_shell_completes_every_command(
         (["sweep"], "Usage"),
         (["sweep", "run", "a.toml", "--shard", "3/2"], "I/N"),
         (["sweep", "run", "a.toml", "--workers", "two"], "two"),
+        (["sweep", "run", "a.toml", "--workers", "1.7"], "'1.7': write a whole number"),
+        (["sweep", "slurm", "a.toml", "--array", "3.0"], "'3.0': write a whole number"),
+        (["predict", "a.txt", "--threads", "1.9"], "'1.9': write a whole number"),
+        (["view", "--port", "34567.9"], "'34567.9': write a whole number"),
+        (["certify", "a.h5", "--sample", "2.5"], "'2.5': write a whole number"),
         (["plot", "a.h5", "--format", "gif"], "gif"),
     ],
 )

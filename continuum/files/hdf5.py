@@ -105,7 +105,7 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
 def _open(path: str | Path) -> h5py.File:
     for locking in _LOCKING:
         try:
-            if not stat.S_ISREG(os.stat(path).st_mode):
+            if not stat.S_ISREG(Path(path).stat().st_mode):
                 break
             return h5py.File(path, "r", locking=locking)
         except (FileNotFoundError, NotADirectoryError) as error:

@@ -37,23 +37,34 @@ def condition(text: str) -> ast.expr:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ValueError("it cannot be read") from None
-    for node in ast.walk(tree):
+    nodes = list(ast.walk(tree))
+    for node in nodes:
         if not isinstance(node, _ALLOWED):
             raise ValueError(f"no {type(node).__name__}")
+    if not any(isinstance(node, ast.Name) for node in nodes):
+        raise ValueError("it names no key, so that it keeps all systems or none")
     return tree
 
 
 def holds(tree: ast.expr, known: Callable[[str], Any]) -> bool:
     """Whether a condition holds for the :func:`values_of` an input.
 
-    Raises ValueError if a key is unknown, or it cannot be evaluated.
+    Raises ValueError if a key is unknown, or it cannot be evaluated, or compares nothing.
     """
     try:
-        return bool(_value(tree, known))
+        return _truth(tree, known)
     except RecursionError:
         raise ValueError("it is nested too deep") from None
     except (TypeError, ArithmeticError) as error:
         raise ValueError(str(error)) from None
+
+
+def _truth(node: ast.expr, known: Callable[[str], Any]) -> bool:
+    """The value of a comparison, or of a key that is true or false; a number is neither."""
+    value = _value(node, known)
+    if not isinstance(value, bool):
+        raise ValueError(f"{ast.unparse(node)} is {value!r}, not a comparison")
+    return value
 
 
 def _value(node: ast.expr, known: Callable[[str], Any]) -> Any:
@@ -67,11 +78,10 @@ def _value(node: ast.expr, known: Callable[[str], Any]) -> Any:
         case ast.BinOp():
             return _calculated(node.op, _value(node.left, known), _value(node.right, known))
         case ast.UnaryOp():
-            value = _value(node.operand, known)
-            return not value if isinstance(node.op, ast.Not) else -value
+            return not _truth(node.operand, known) if isinstance(node.op, ast.Not) else -_value(node.operand, known)
         case ast.BoolOp():
             every = all if isinstance(node.op, ast.And) else any
-            return every(_value(part, known) for part in node.values)
+            return every(_truth(part, known) for part in node.values)
         case ast.Compare():
             sides = [_value(part, known) for part in (node.left, *node.comparators)]
             pairs = zip(node.ops, itertools.pairwise(sides), strict=True)

@@ -171,7 +171,7 @@ def test_a_failure_of_the_system_is_not_damage_of_the_file(
     assert str(path) in str(caught.value)
     assert "damaged" not in str(caught.value)
     if when == "open":
-        with pytest.raises(OutputError, match="a.h5"):  # and no file of another program
+        with pytest.raises(OutputError, match=r"a\.h5"):  # and no file of another program
             store.earlier(path, "test", 1, "", force=True)
 
 
