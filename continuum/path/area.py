@@ -105,7 +105,11 @@ def find_area(
     side = float(np.sign(target - known[-1].area_rep)) if known and problem.wall.work_of_adhesion > 0 else 0.0
     aim = Aim(problem, target, settings, loose, search, branch, solver, work, side)
     if known and aim.met(known[-1]):
-        return _again(aim, known[-1])
+        # What is kept of a state is no solution, and may have been found to another tolerance.
+        again = aim.trial(height(problem, known[-1]), settings, known[-1].gap, near=True)
+        if aim.met(again) or not again.status.ok:
+            return aim.done(again)
+        known[:] = [again]
     after = ahead = None
     if known:
         older = known[0] if len(known) == 2 else None
@@ -134,11 +138,6 @@ def find_area(
         if not first.status.ok:
             return aim.done(known.pop())
     return _close_in(aim, known, _Bracket(aim, after, ahead))
-
-
-def _again(aim: Aim, state: PathState) -> PathState:
-    """The last state once more, which costs nothing."""
-    return replace(aim.done(state), solution=replace(state.solution, work=(), iterations=0, seconds=0.0))
 
 
 def _close_in(aim: Aim, known: list[PathState], bracket: _Bracket) -> PathState:

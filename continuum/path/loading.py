@@ -15,8 +15,9 @@ import numpy as np
 from continuum.arguments import ArgumentError, field, number
 from continuum.measure.contact import Totals, totals_of
 from continuum.model.fourier import Real
+from continuum.model.laws import evaluate
 from continuum.model.problem import ContactProblem
-from continuum.path.aim import loosened
+from continuum.path.aim import loosened, lowest_height
 from continuum.path.area import find_area
 from continuum.path.equilibrium import equilibrium, moved_rigidly, solver_of
 from continuum.path.state import (
@@ -35,9 +36,8 @@ from continuum.path.state import (
     nearness,
     numbers,
     settled,
-    state_of,
 )
-from continuum.solve.solution import Closer, Settings, Solution, Status
+from continuum.solve.solution import Closer, Settings
 from continuum.solve.solver import Solver
 
 _CONTROLS: dict[str, Control] = {
@@ -74,8 +74,9 @@ def solve(
     control, target : what is given, and its value: in a0, in E* (mean pressure, compression positive), or as a
         fraction of A0 (repulsive area).
     settings : of the minimisation.
-    start : gap to start from; the undeformed surface if None.  A given area is searched for from there, always from
-        the side on which the start lies.  Under given mean pressure and mean gap its mean does not matter.
+    start : gap to start from; the undeformed surface if None.  A given area is searched for from the equilibrium at
+        the mean gap of the start, always from the side on which that lies.  Under given mean pressure and mean gap its
+        mean does not matter.
     branch : name of the direction of loading, kept with the state.
     search : how closely a given area is met.
     solver : of this problem's grid and response, where several states are wanted; one of its own if None.
@@ -91,12 +92,29 @@ def solve(
         field("start", start, problem.grid.shape)
     if control != "repulsive-area":
         return equilibrium(problem, control, target, settings, start, branch, solver)
-    previous = []
-    if start is not None:
-        found, nearer = Solution(start, Status.CONVERGED, 0.0, 0, law=problem.wall.law), nearness(problem)
-        state = state_of(problem, "mean-gap", problem.grid.mean(start), branch, found)
-        previous = [replace(state, control=nearer, target=coordinate(nearer, state))]
-    return find_area(problem, target, settings, search or Search(), previous, branch, solver)
+    solver, search = solver or solver_of(problem, settings), search or Search()
+    at = None if start is None else _height_of(problem, start)
+    if start is None or at is None:
+        return find_area(problem, target, settings, search, (), branch, solver)
+    first = equilibrium(problem, nearness(problem), at, replace(settings, warm_grids=0), start, branch, solver)
+    if not first.status.ok:
+        return replace(first, control=control, target=target)
+    found = find_area(problem, target, settings, search, [first], branch, solver)
+    pairs, solves = found.search_pairs + first.solution.fft_pairs, found.search_solves + 1
+    return replace(found, search_pairs=pairs, search_solves=solves)
+
+
+def _height_of(problem: ContactProblem, start: Real) -> float | None:
+    """Mean gap, or separation, at which a start is solved before an area is searched for from there.
+
+    None where it makes no difference: a hard wall has one state of each area, and none at a mean gap of zero.
+    """
+    mean, law = problem.grid.mean(start), problem.wall.law
+    if problem.open_boundary is None:
+        return mean if mean > lowest_height(problem) else None
+    if law is None:
+        return None
+    return problem.separation(mean, np.nan, lambda: evaluate(law, start)[1])
 
 
 # --- paths -------------------------------------------------------------------------------------------------

@@ -219,8 +219,11 @@ def settled(problem: ContactProblem, good: list[PathState]) -> ContactProblem:
 
 
 def gone(problem: ContactProblem, target: float, branch: Branch, solution: Solution | None = None) -> PathState:
-    """The state of a surface that has left the wall under tension: no contact, no load, an infinite gap."""
-    solution = solution or Solution(problem.heights, Status.CONVERGED, -target, 0)
+    """The state of a surface that has left the wall under tension: no contact, no load, an infinite gap.
+
+    Its residual is the tension, which nothing holds; so that it is none that a solve has converged to.
+    """
+    solution = solution or Solution(problem.heights, Status.STOPPED, -target, 0)
     solution = replace(solution, gap=np.broadcast_to(np.inf, problem.grid.shape), residual=-target)
     return PathState(
         area_rep=0.0, area_att=0.0, load_rep=0.0, load_att=0.0, load=0.0, wall_energy=0.0, smallest_gap=np.inf,
@@ -261,6 +264,27 @@ HYSTERESIS = (
     "where jumps on the way back were not looked for, steps so long may have lost contacts that slow retraction holds: "
     "take shorter steps, or give event_resolution with another control than the area"
 )
+
+
+NEAREST = "met to half a grid point only"
+"""What is said of a point where :func:`counts_few`, and why."""
+FEW_POINTS = (
+    "an area is a number of grid points: of an area of so few the nearest number differs by more than area_tolerance; "
+    "take a larger area or a finer grid"
+)
+
+
+def counts_few(point: Equilibrium, area_tolerance: float) -> bool:
+    """Whether the number of grid points that was found for a given area differs from it by more than the tolerance.
+
+    Parameters
+    ----------
+    area_tolerance : relative to the area or, beyond half contact, to what is left of A0.
+    """
+    if point.control != "repulsive-area":
+        return False
+    allowed = area_tolerance * min(point.target, 1 - point.target)
+    return abs(point.area_rep - point.target) > allowed * (1 + 1e-9)
 
 
 def not_looked_at(points: Iterable[tuple[Equilibrium, bool]], threshold: float) -> list[bool]:

@@ -200,3 +200,39 @@ def test_any_large_area_is_met_or_jumped_over(seed: int, shape: tuple[int, int],
     assert found.status.ok or found.outcome is Outcome.JUMPED_OVER
     if found.beyond is not None:
         assert found.area_rep < target < found.beyond.area_rep
+
+
+# --- from a state that is at hand ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", [0.05, 0.1])
+@pytest.mark.parametrize("wall", [LennardJonesSpline(adhesion_length=0.005), HardWall()])
+def test_a_start_that_is_no_equilibrium_is_solved_though_its_area_is_the_one_asked_for(
+    wall: Wall, target: float
+) -> None:
+    """The undeformed surface, overlapping by 5 %: its load would be fifty times that of the contact.
+
+    Both areas leave one branch; from either start the state is found to 1 % of its area, and with it the load, by a
+    few per cent of what presses.
+    """
+    problem = Rough(64).problem(wall)
+    overlapping = problem.heights - np.quantile(problem.heights, 0.05) + wall.zero_gap
+    settings = Settings(1e-7)
+    found = solve(problem, "repulsive-area", target, settings, overlapping).require()
+    rest = solve(problem, "repulsive-area", target, settings).require()
+    assert found.solution.iterations > 0
+    assert found.load == pytest.approx(rest.load, abs=0.05 * rest.load_rep)
+    displacement = problem.heights + found.mean_gap - problem.mean_height - found.gap
+    left = problem.grid.forward(found.traction) + problem.elastic_traction_q(problem.grid.forward(displacement))
+    left[0, 0] = 0.0  # the mean gap is held
+    assert np.sqrt(problem.grid.inner_q(left, left)) <= 2.1 * settings.tolerance
+    assert not found.events
+
+
+def test_an_area_that_is_asked_for_again_is_solved_again() -> None:
+    """What a path keeps of a state is no solution: it lacks the tractions of a hard wall, and the energy's bound."""
+    problem, settings = Rough(64).problem(HardWall()), Settings(1e-7)
+    first, again = follow(problem, "repulsive-area", [0.1, 0.1], settings)
+    np.testing.assert_allclose(again.require().gap, first.gap, atol=1e-6)
+    assert again.traction.mean() == pytest.approx(first.load, rel=1e-5)
+    assert np.isfinite(again.solution.duality_gap)

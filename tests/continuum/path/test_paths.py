@@ -105,6 +105,8 @@ def test_a_tension_is_held_up_to_pull_off_and_not_beyond(wall: Wall) -> None:
 def test_without_adhesion_no_tension_is_held() -> None:
     state = solve(rough(64, LennardJonesSpline(0.0)), "mean-pressure", -1e-4, Settings(1e-8))
     assert state.status is Outcome.PULLED_OFF
+    assert state.solution.residual == 1e-4
+    assert not state.solution.status.ok
 
 
 # --- repulsive area ----------------------------------------------------------------------------------------
