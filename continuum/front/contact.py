@@ -296,10 +296,16 @@ class State(PathState):
     def __repr__(self) -> str:
         return (
             f"State({self.branch}, mean gap {self.mean_gap:.4g} a0, A_rep/A0 {self.area_rep:.4g}, "
-            f"N/A0 {self.load:.4g} E*, {self.status})"
+            f"N/A0 {self.load:.4g} E*, {self._ended})"
         )
 
     _repr_html_ = _with_picture
+
+    @property
+    def _ended(self) -> str:
+        """How it ended, and whether its area is that of few points."""
+        few = self.converged and state.counts_few(self, self.contact.area_tolerance)
+        return f"{self.status}, {state.NEAREST}" if few else self.status
 
     @property
     def found(self) -> State:
@@ -405,7 +411,7 @@ class State(PathState):
         ]
         if not np.isnan(self.duality_gap):
             rows.append(("duality gap, of the elastic energy", f"{self.duality_gap:.1e}"))
-        rows.append(("status", self.status))
+        rows.append(("status", self._ended))
         return pairs("Contact", rows)
 
     def plot(self) -> Figure:
@@ -460,12 +466,14 @@ class LoadingPath(Sequence[State]):
         one_branch = not self.contact.problem.wall.work_of_adhesion > 0
         points = [(s, one_branch or s.lowest is not None) for s in self]
         passed = state.not_looked_at(points, Search().event_threshold)
+        few = [s.converged and state.counts_few(s, self.contact.area_tolerance) for s in self]
         rows = [
             (s.branch, s.mean_gap, s.area_rep, s.area_att, s.load,
-             s.status.name.lower() + (f", {state.NOT_LOOKED}" if over else ""))
-            for s, over in zip(self, passed, strict=True)
+             s.status.name.lower() + (f", {state.NOT_LOOKED}" if over else "") + (f", {state.NEAREST}" if one else ""))
+            for s, over, one in zip(self, passed, few, strict=True)
         ]  # fmt: skip
-        return Sheet.of("Path", columns, rows, state.HYSTERESIS if any(passed) else "")
+        notes = [state.HYSTERESIS] * any(passed) + [state.FEW_POINTS] * any(few)
+        return Sheet.of("Path", columns, rows, "; ".join(notes))
 
     def plot(self) -> Figure:
         """Area and load along the path."""

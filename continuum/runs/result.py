@@ -30,7 +30,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments
 from continuum.model.walls import Wall
-from continuum.path.state import HYSTERESIS, NOT_LOOKED, not_looked_at
+from continuum.path.state import FEW_POINTS, HYSTERESIS, NEAREST, NOT_LOOKED, counts_few, not_looked_at
 from continuum.runs.config import RunConfig
 from continuum.runs.record import EVENT_DATASETS, FLAGS, PathEvent, Point, events_of, points_of
 from continuum.sheet import Column, Sheet, Shown, pairs, words
@@ -184,16 +184,22 @@ class Result(Shown):
             Column("A_rep/A0"), Column("A_att/A0"), Column("N/A0", "E*", ".4e"), Column("N_rep/A0", "E*", ".4e"),
             Column("residual", "E*", ".1e"), Column("FFT pairs", "", ".0f"), Column("status"),
         )  # fmt: skip
-        passed = self._not_looked_at()
+        passed, few = self._not_looked_at(), self._count_few()
         rows = [
             (i, p.branch, p.mean_gap, p.separation, p.area_rep, p.area_att, p.load, p.load_rep, p.residual,
-             p.fft_pairs + p.search_pairs, words(p.status) + (f", {NOT_LOOKED}" if over else ""))
-            for i, (p, over) in enumerate(zip(self.points, passed, strict=True))
+             p.fft_pairs + p.search_pairs, words(p.status) + (f", {NOT_LOOKED}" if over else "") + nearest)
+            for i, (p, over, nearest) in enumerate(zip(self.points, passed, few, strict=True))
         ]  # fmt: skip
         notes = [f"{self.resumed} points were stored before"] if self.resumed else []
-        notes += [HYSTERESIS] if any(passed) else []
+        notes += [HYSTERESIS] * any(passed) + [FEW_POINTS] * any(few)
         sheets = [Sheet.of("Points of the path", columns, rows, "; ".join(notes))]
         return [*sheets, _jumps(self.events)] if self.events else sheets
+
+    def _count_few(self) -> list[str]:
+        """Remarks on the points whose area is met to half a grid point only, or nothing."""
+        asked = zip(self.points, self.config.loading.aims, strict=False)
+        few = [p.converged and counts_few(p, search.area_tolerance) for p, (_, _, search) in asked]
+        return [f", {NEAREST}" * one for one in few]
 
     def _not_looked_at(self) -> list[bool]:
         """Points to which the way back may have passed over jumps; none without adhesion, where there is one branch."""
@@ -210,16 +216,25 @@ class Result(Shown):
             Column("above", "E* a0", ".5g"), Column("N_rep/A0", "E*", ".3e"), Column("N/A0", "E*", ".1e"),
             Column("A_att/A0"), Column("FFT pairs", "", ".0f"), Column("status"),
         )  # fmt: skip
-        brackets = dict(self.events)
-        rows = []
-        for i, p in enumerate(self.points):
+        brackets, few, rows = dict(self.events), self._count_few(), []
+        for i, (p, nearest) in enumerate(zip(self.points, few, strict=True)):
             ends = (brackets[i].before.value, brackets[i].after.value) if i in brackets else (np.nan, np.nan)
             jump = ", the load jumps over zero" if i in brackets and brackets[i].kind == "jump-in" else ""
             pairs = p.fft_pairs + p.search_pairs
             rows.append(
-                (p.area_rep, p.work_of_adhesion, *ends, p.load_rep, p.load, p.area_att, pairs, words(p.status) + jump)
+                (
+                    p.area_rep,
+                    p.work_of_adhesion,
+                    *ends,
+                    p.load_rep,
+                    p.load,
+                    p.area_att,
+                    pairs,
+                    words(p.status) + jump + nearest,
+                )
             )
-        return Sheet.of("Work of adhesion above which the surface is sticky", columns, rows)
+        note = FEW_POINTS if any(few) else ""
+        return Sheet.of("Work of adhesion above which the surface is sticky", columns, rows, note)
 
     def to_xarray(self) -> xarray.Dataset:
         """Open the file with xarray: axes (step, x, y), contact maps as booleans, words as CF flags; read lazily.

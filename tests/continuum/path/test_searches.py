@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,17 @@ from continuum.model.surfaces import sine
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.path.equilibrium import equilibrium
 from continuum.path.loading import follow, solve
-from continuum.path.state import NOT_LOOKED, Control, Outcome, PathState, Search, gone, not_looked_at
+from continuum.path.state import (
+    FEW_POINTS,
+    NEAREST,
+    NOT_LOOKED,
+    Control,
+    Outcome,
+    PathState,
+    Search,
+    gone,
+    not_looked_at,
+)
 from continuum.solve.solution import Settings
 from tests.kinds import covering
 from tests.problems import Rough
@@ -148,3 +159,25 @@ def test_only_long_steps_back_that_were_not_looked_at_are_said() -> None:
               (apart, False)]  # fmt: skip
     assert not_looked_at(points, 0.01) == [False, False, False, False, True]
     assert not_looked_at([], 0.01) == []
+
+
+@pytest.mark.parametrize(("count", "said"), [(0.4, True), (1.5, True), (2.5, True), (3.0, False), (80.2, False)])
+def test_an_area_of_few_points_is_said_to_be_met_to_half_a_point_only(count: float, said: bool, tmp_path: Path) -> None:
+    """The state is an equilibrium of another area: 0, 1 and 3 points were found for the first three, without a word."""
+    problem = Rough(32, 0.0005, lambda_s=8.0).problem()
+    contact = c.Contact(problem.heights, problem.wall)
+    state = contact.press(area=count / 1024).require()
+    assert abs(1024 * state.area_rep - count) <= 0.5
+    path = contact.path(area=[count / 1024])
+    given = {
+        "grid": {"n": 32}, "surface": {"kind": "file", "path": str(tmp_path / "heights.npy")},
+        "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.0005},
+        "substrate": {"response": "half-space", "mean": "clamped"},
+        "loading": {"control": "repulsive-area", "targets": [count / 1024]},
+    }  # fmt: skip
+    np.save(tmp_path / "heights.npy", problem.heights)
+    result = c.run(given, tmp_path)
+    for text in (repr(state), str(state.sheet()), str(path.sheet())):
+        assert (NEAREST in text) == said
+    for sheet in (path.sheet(), result.sheets()[0]):
+        assert (FEW_POINTS in " ".join(str(sheet).split())) == said
