@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from continuum.arguments import file_name, flag, function, number, several
+from continuum.arguments import ArgumentError, file_name, flag, function, number, several
 from continuum.files.inputs import InputFile, load, settings_of, source_of
 from continuum.files.tables import identity
 from continuum.front.sweeps import check_sweep
@@ -126,6 +127,9 @@ def run(
     return follow_run(config, path, force=flag("force", force), progress=progress, warn=warn)
 
 
+_OF_A_SEARCH = "loading.area_tolerance", "loading.area_resolution"
+
+
 def threshold(
     file: InputFile,
     output: str | Path = "results",
@@ -162,10 +166,16 @@ def threshold(
         If an argument is not allowed.
     """
     areas = [number("area", each, above=0, below=1) for each in several("area", area)]
+    if any(after <= before for before, after in pairwise(areas)):
+        raise ArgumentError("area", areas, "increasing areas")
     number("width", width, above=0, below=1)
-    into = file_name("output", output)
+    into, given = file_name("output", output), settings_of(settings)
+    for key in given:
+        if key.split(".")[0] == "loading" and key not in _OF_A_SEARCH:
+            allowed = f"of [loading] only {' and '.join(_OF_A_SEARCH)}: areas and width are given otherwise"
+            raise ArgumentError("settings", {key: given[key]}, allowed)
     loading = {"control": "repulsive-area", "targets": areas, "threshold": width, "area_tolerance": 0.05}
-    config = load(file, RunConfig, {"loading": loading, **settings_of(settings)})
+    config = load(file, RunConfig, {"loading": loading, **given})
     name = config.source.path.stem if config.source else "input"
     if into.suffix != ".h5":
         earlier = into / f"{name}-turn.h5"  # the name of results of earlier versions, which go on

@@ -298,8 +298,7 @@ class RunConfig(Document):
         if self.loading.threshold is not None and not self.wall.work_key:
             cause = f"the work of adhesion is not a key of law {self.wall.kind_name!r}"
             laws = ", ".join(f'"{name}"' for name, kind in Wall.kinds.items() if kind.work_key)
-            allowed = f"only with a law whose work is given: {laws}"
-            yield Fault(("loading", "threshold"), allowed, cause)
+            yield Fault(("wall", "law"), f"where a threshold is sought, a law whose work is given: {laws}", cause)
 
     @constraint
     def _load_to_carry(self) -> Iterator[Fault]:
@@ -328,6 +327,5 @@ class RunConfig(Document):
     @constraint
     def _a_threshold_that_repeats(self) -> Iterator[Fault]:
         if self.loading.threshold is not None and not self.substrate.repeats:
-            yield Fault(
-                ("loading", "threshold"), "only on a periodic surface", "a threshold is looked for by its mean gap"
-            )
+            allowed = "where a threshold is sought, the response of a surface that repeats"
+            yield Fault(("substrate", "response"), allowed, "a threshold is looked for by its mean gap")

@@ -15,7 +15,6 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.model.walls import Wall
-from continuum.path.state import Search
 from continuum.path.threshold_search import bracket_threshold
 from continuum.runs.cost import pair_seconds
 from continuum.solve.solution import NotConvergedError, Settings, Solution
@@ -114,9 +113,7 @@ def search_threshold(pressed: PressedMap, found: MapThreshold, *, limited: bool 
     known = range_at(work) == given and np.isfinite(found.mean_gap)
     problem = replace(problem, wall=wall_at(work))
     first = (found.mean_gap, work) if known else None
-    at, state = bracket_threshold(
-        problem, wall_at, AREA, settings, Search(threshold.AREA_TOLERANCE), WIDTH, solver, first
-    )
+    at, state = bracket_threshold(problem, wall_at, AREA, settings, pressed.search, WIDTH, solver, first)
     bracket = state.threshold
     if bracket is None:
         raise NotConvergedError(state.status.value)

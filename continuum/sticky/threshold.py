@@ -60,6 +60,9 @@ RANGES = tuple(float(one) for one in np.geomspace(1e-10, 3e-9, 8))
 """Effective ranges of the curve, in m."""
 RESIDUAL, AREA_TOLERANCE = 1e-4, 0.03
 """Residual of a state relative to h' E*, and its area relative to 1 %: w_c moves by a few tenths of that."""
+MOST_TOLERANCE = 0.3
+"""Largest tolerance of the area of a small map, of which four points touch at a time; of a still smaller one too few
+touch to tell anything."""
 
 
 class Basis(enum.Enum):
@@ -226,10 +229,15 @@ class PressedMap:
         """The state under a hard wall."""
         return self._pressed(self.problem)
 
+    @property
+    def search(self) -> Search:
+        """How closely the area is met: of a map that is continued by its mirror images four points touch at a time."""
+        together = 1 if self.topography.periodic else 4
+        return Search(min(max(AREA_TOLERANCE, 0.5 * together / (AREA * self.problem.grid.size)), MOST_TOLERANCE))
+
     def _pressed(self, problem: ContactProblem) -> PathState:
         settings = Settings(RESIDUAL * self.slope, threads=self.threads)
-        solver = solver_of(problem, settings)
-        return find_area(problem, AREA, settings, Search(AREA_TOLERANCE), (), "start", solver).require()
+        return find_area(problem, AREA, settings, self.search, (), "start", solver_of(problem, settings)).require()
 
     @cached_property
     def linear(self) -> _Level:

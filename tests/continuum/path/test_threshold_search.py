@@ -171,8 +171,29 @@ def test_the_command_stores_the_bracket_and_goes_on(tmp_path, monkeypatch, capsy
     assert "stored before" not in capsys.readouterr().out
     assert_goes_on_as_of_before(Path("results"), result)
     assert capsys.readouterr().err == "`continuum turn` is now called `continuum threshold`\n"
-    assert main(["threshold", "small.toml", "--set", 'wall={law="hard"}', "--output", "hard.h5"]) == 2
-    assert "the work of adhesion is not a key of law 'hard'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        (["--set", 'wall={law="hard"}'], 'wall.law = "hard"'),
+        (["--set", 'substrate={response="non-periodic-half-space"}'], "substrate.response"),
+        (["--area", "0.1", "--area", "0.05"], "area = [0.1, 0.05]: allowed: increasing"),
+        (["--set", "loading.retract=true"], "settings = {'loading.retract': True}: allowed: of [loading] only"),
+        (["--set", 'loading={control="mean-gap",targets=[1.0]}'], "settings = {'loading': {"),
+    ],
+)
+def test_the_command_names_what_was_given_and_no_key_of_its_own(given, named, tmp_path, monkeypatch, capsys) -> None:
+    from continuum.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "small.toml").write_text(SMALL)
+    assert main(["threshold", "small.toml", *given]) == 2
+    said = capsys.readouterr().err
+    assert named in said
+    assert "loading.threshold" not in said
+    assert "loading.targets" not in said
+    assert not (tmp_path / "results").exists()
 
 
 # --- ranges that a grid hardly resolves ----------------------------------------------------------------------

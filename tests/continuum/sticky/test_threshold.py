@@ -101,6 +101,17 @@ def test_the_given_work_changes_nothing_and_mirror_images_are_the_periodic_map()
     assert one.map.shape == (32, 32)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_small_map_is_met_to_half_of_what_touches_at_a_time(seed: int) -> None:
+    """Its mirror images touch with it: of 38.4 points there are 36 or 40, which is no jump."""
+    grid = Grid((40, 24), (40.0, 24.0))
+    heights = SelfAffine(0.8, 0.1, 4.0, 24.0).synthesise(grid, np.random.default_rng(seed))
+    found = press_map(Topography(heights, grid.lengths), Interface(1.0, 1e-3, RANGE, None)).threshold()
+    assert found.source is Basis.STATE
+    assert abs(found.area_rep * 4 * grid.size - 38.4) <= 2
+    assert found.low < found.work < found.high
+
+
 def test_the_curve_is_that_of_each_range() -> None:
     topography = Topography(1e-9 * textured("Gaussian").heights, (128e-9, 128e-9), True)
     curve = press_map(topography, Interface(1e9, 0.01, 0.8e-9, None)).threshold().curve
