@@ -78,7 +78,7 @@ class Threshold(NamedTuple):
         return float(np.sqrt(self.low * self.high)) if self.low > 0 and np.isfinite(self.high) else np.nan
 
 
-class _Response(NamedTuple):
+class Response(NamedTuple):
     """What an attraction does to the state, per work of adhesion."""
 
     first: float
@@ -87,6 +87,8 @@ class _Response(NamedTuple):
     """c2."""
     withdrawal: float
     """D_A."""
+    moved: float
+    """<|τ'(g) z1|>/<τ>, by how much the attraction changes as the gaps do, whichever way."""
 
     def threshold(self, load: float) -> tuple[float, float, float]:
         """Both forms of the threshold, and χ."""
@@ -198,14 +200,18 @@ class PressedState:
         apart, work = ~self.contact & (self.distance > 0), wall.work_of_adhesion
         return np.where(apart, -law.traction / work, 0.0), np.where(apart, law.stiffness / work, 0.0)
 
-    def _response(self, pull: Real, slope: Real) -> _Response:
+    def response(self, pull: Real, slope: Real) -> Response:
+        """What an attraction τ(g) of a slope τ'(g), shape ``grid.shape``, does to the state."""
         mean, force, opens = self.grid.mean, self.core.stiffness * self.contact, self.opening
         rise = self.core.response(self.core.compliance(pull))
         stiffness = mean(force * opens)
         same_load = mean(force * rise) / stiffness
         same_area = mean(self._edge * rise) / mean(self._edge * opens)
         first = -mean(pull) - (same_area - same_load) * stiffness
-        return _Response(first, -mean(slope * (same_area * opens - rise)), same_area)
+        opened = slope * (same_area * opens - rise)
+        pulled = mean(pull)
+        moved = mean(np.abs(opened)) / pulled if pulled > 0 else 0.0
+        return Response(first, -mean(opened), same_area, moved)
 
     def dmt(self, law_of: WallOfWork) -> float:
         """w_DMT, in E* a0: the root of N0 = w <τ>, as a law may change its range with its work; NaN without one."""
@@ -251,12 +257,12 @@ class PressedState:
         """
         work = dmt = self.dmt(law_of) if self.load > 0 else np.nan
         low, high, chi, withdrawal = np.nan, np.nan, np.nan, np.nan
-        last: tuple[Real, _Response] | None = None
+        last: tuple[Real, Response] | None = None
         for _ in range(SHAPES if np.isfinite(dmt) else 0):
             pull, slope = self.attraction(law_of(work))
             if last is not None and np.allclose(pull, last[0], rtol=0.0, atol=SAME * float(pull.max())):
                 break
-            response = self._response(pull, slope)
+            response = self.response(pull, slope)
             last = pull, response
             low, high, chi = response.threshold(self.load)
             withdrawal = response.withdrawal

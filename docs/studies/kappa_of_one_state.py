@@ -37,7 +37,7 @@ FILE = MEASURED / "one-state-kappa.csv"
 def row(state: PressedState, slope: float, curvature: float, length: float) -> dict[str, float]:
     """What a state says of a law, per h' E* A_rep: loads; the attracted area over the repulsive one."""
     wall = LennardJonesSpline(adhesion_length=length)
-    response = state._response(*state.attraction(wall))
+    response = state.response(*state.attraction(wall))
     unit, w = slope * state.area_rep, wall.work_of_adhesion
     attracted = float(((state.distance >= 0) & (state.distance < wall.range)).mean())
     ring = float(perimeter_map(state.contact).mean()) * paper.PERIMETER_FACTOR_PAPER
