@@ -78,7 +78,7 @@ class Threshold(NamedTuple):
         return float(np.sqrt(self.low * self.high)) if self.low > 0 and np.isfinite(self.high) else np.nan
 
 
-class Response(NamedTuple):
+class StateResponse(NamedTuple):
     """What an attraction does to the state, per work of adhesion."""
 
     first: float
@@ -200,7 +200,7 @@ class PressedState:
         apart, work = ~self.contact & (self.distance > 0), wall.work_of_adhesion
         return np.where(apart, -law.traction / work, 0.0), np.where(apart, law.stiffness / work, 0.0)
 
-    def response(self, pull: Real, slope: Real) -> Response:
+    def response(self, pull: Real, slope: Real) -> StateResponse:
         """What an attraction τ(g) of a slope τ'(g), shape ``grid.shape``, does to the state."""
         mean, force, opens = self.grid.mean, self.core.stiffness * self.contact, self.opening
         rise = self.core.response(self.core.compliance(pull))
@@ -211,7 +211,7 @@ class PressedState:
         opened = slope * (same_area * opens - rise)
         pulled = mean(pull)
         moved = mean(np.abs(opened)) / pulled if pulled > 0 else 0.0
-        return Response(first, -mean(opened), same_area, moved)
+        return StateResponse(first, -mean(opened), same_area, moved)
 
     def dmt(self, law_of: WallOfWork) -> float:
         """w_DMT, in E* a0: the root of N0 = w <τ>, as a law may change its range with its work; NaN without one."""
@@ -257,7 +257,7 @@ class PressedState:
         """
         work = dmt = self.dmt(law_of) if self.load > 0 else np.nan
         low, high, chi, withdrawal = np.nan, np.nan, np.nan, np.nan
-        last: tuple[Real, Response] | None = None
+        last: tuple[Real, StateResponse] | None = None
         for _ in range(SHAPES if np.isfinite(dmt) else 0):
             pull, slope = self.attraction(law_of(work))
             if last is not None and np.allclose(pull, last[0], rtol=0.0, atol=SAME * float(pull.max())):
