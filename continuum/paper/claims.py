@@ -283,13 +283,20 @@ def _sticky(rows: DataFrame) -> Finding:
         counts.append((int((says != pulls).sum()), int((says | pulls).sum())))
         texts.append(
             f"with {name}: {(says & pulls).sum()} sticky and predicted, {(~says & ~pulls).sum()} neither, "
-            f"{(pulls & ~says).sum()} sticky but not predicted, {(says & ~pulls).sum()} predicted only"
+            f"{(pulls & ~says).sum()} sticky but not predicted{_sizes(rows[pulls & ~says])}, "
+            f"{(says & ~pulls).sum()} predicted only{_sizes(rows[says & ~pulls])}"
         )
     wrong, sticky = counts[0]
     word = verdict_word(wrong == 0, wrong < 0.1 * sticky)
     if min(sticky, len(rows) - sticky) < FEWEST:
         word = "not tested"
     return Finding(word, "; ".join(texts), len(rows))
+
+
+def _sizes(rows: DataFrame) -> str:
+    """How many of these contacts have each λ_s, as text."""
+    counts = rows.lambda_s.value_counts().sort_index()
+    return f" (λ_s = {', '.join(f'{size:g}: {n}' for size, n in counts.items())})" if len(counts) else ""
 
 
 def _constant_diameter(rows: DataFrame) -> Finding | None:
@@ -311,14 +318,19 @@ def _diameter(rows: DataFrame) -> Finding:
 
 
 def _asperity_theories(rows: DataFrame) -> Finding:
-    pulling = largest_tension(rows).query("tension > 0")
+    found = largest_tension(rows)
+    pulling, never = found.query("tension > 0"), found.query("tension <= 0")
     if len(pulling) < FEWEST:
         return Finding(
             "not tested", f"{len(pulling)} contacts pull, of {FEWEST} at least that a verdict needs", len(pulling)
         )
-    found = np.log10(pulling.tension / [max(rough.fuller_tabor(ratio), 1e-30) for ratio in pulling.ratio])
-    text = f"log10 of N_max over Fuller and Tabor's, of systems that pull: {spread_text(found)}"
-    return Finding(verdict_word(found.min() > 1, found.median() > 1), text, len(found))
+    over = np.log10(pulling.tension / [max(rough.fuller_tabor(ratio), 1e-30) for ratio in pulling.ratio])
+    text = f"log10 of N_max over Fuller and Tabor's, of the {len(pulling)} systems of {len(found)} that pull: "
+    text += spread_text(over)
+    if len(never):
+        most = max(rough.fuller_tabor(ratio) for ratio in never.ratio)
+        text += f"; {len(never)} never pull on approach, where theirs is at most {most:.1g} N P_c"
+    return Finding(verdict_word(over.min() > 1, over.median() > 1), text, len(found))
 
 
 def _roll_off(rows: DataFrame) -> Finding | None:
@@ -408,7 +420,7 @@ CLAIMS = (
     Claim("the stiffness is lowered by kappa_rep/kappa, where not sticky", "1", "approach", _stiffness),
     Claim(
         "Greenwood-Williamson theories fall orders of magnitude below N_max", "orders of magnitude (Fig. S-3)",
-        "valid", _asperity_theories, "every system by more than one; half of them",
+        "valid", _asperity_theories, "every system that pulls by more than one; half of them",
     ),
     Claim(
         "kappa does not depend on lambda_L", "not at all (Fig. 4)", "reference", _roll_off,
@@ -435,9 +447,10 @@ def claim_points(points: DataFrame) -> str:
 
 
 def stored_points(path: Path) -> DataFrame:
-    """Read such a table; columns that an older one lacks are NaN."""
+    """Read such a table; columns that an older one lacks are NaN.  The slope that was asked for is the realised one."""
     points = read_csv(path)
-    return points.assign(**{name: np.nan for name in _JUDGED if name not in points})
+    lacking = {name: np.nan for name in _JUDGED if name not in points}
+    return points.assign(**lacking, slope=points.rms_slope.round(6))
 
 
 def claim_verdicts(points: DataFrame) -> list[tuple[Claim, Finding]]:

@@ -60,10 +60,18 @@ class PaperFigure:
         shown = self.select(data)
         if not len(shown):
             raise FigureError(f"{data.table.listing.name}: {self.needs}")
-        numbers = self.table(shown) if callable(self.table) else figure_table(shown, self.table)
+        numbers = self.numbers(shown)
         figure = self.draw(shown if self.whole else numbers)
-        caption = self.caption if isinstance(self.caption, str) else self.caption(numbers)
-        return Drawing(figure, Sheet.of(self.title, list(numbers), numbers.itertuples(index=False, name=None)), caption)
+        sheet = Sheet.of(self.title, list(numbers), numbers.itertuples(index=False, name=None))
+        return Drawing(figure, sheet, self.said(numbers))
+
+    def numbers(self, shown: Any) -> DataFrame:
+        """The table of its numbers, of what it shows."""
+        return self.table(shown) if callable(self.table) else figure_table(shown, self.table)
+
+    def said(self, numbers: DataFrame) -> str:
+        """Its caption."""
+        return self.caption if isinstance(self.caption, str) else self.caption(numbers)
 
 
 def save_drawing(drawing: Drawing, stem: Path, *, page: bool = False) -> list[Path]:
@@ -131,9 +139,7 @@ FIGURES: dict[str, PaperFigure] = {
         "Fig. 2", _where("lambda_s == 32 and hurst == 0.8 and slope == 0.1"), _ANY,
         {"N/(h' E* A0)": "load / rms_slope", "A_rep/A0": "area_rep",
          "way": lambda points: np.where(points.approach, "approach", "retraction")},
-        relations.draw_area_against_load,
-        "Fig. 2: repulsive area against load, each line a surface, there and back; H = 0.8, h'rms = 0.1, λ_s = 32 a0. "
-        "Left of the line of the threshold the load is negative, and so is κ.", general=True,
+        relations.draw_area_against_load, relations.caption_of_area_against_load, general=True,
     ),
     "figure3": PaperFigure(
         "Fig. 3", _where("perimeter > 0 and valid"), _ANY,
@@ -159,7 +165,7 @@ FIGURES: dict[str, PaperFigure] = {
         "Fig. S-3", lambda data: relations.largest_tension(data.points), _ANY,
         {"h_rms/delta_c": "ratio", "N_max/(N P_c)": "tension"}, relations.draw_tensions,
         lambda numbers: "Fig. S-3: largest tension on approach, at the points of each path; "
-        f"{np.sum(numbers['N_max/(N P_c)'] <= 0)} never pull.", general=True,
+        f"{np.sum(numbers['N_max/(N P_c)'] > 0)} of {len(numbers)} pull, arrows on the axis never do.", general=True,
     ),
     "finite-size": _inverse_kappa(
         "κ at 1 % area against the period L = 2λ_L", "kappa", "lambda_L", r"$\lambda_L = L/2$ ($a_0$)", "grid.n",

@@ -72,6 +72,22 @@ def draw_area_against_load(numbers: DataFrame) -> Figure:
     return figure
 
 
+def caption_of_area_against_load(numbers: DataFrame) -> str:
+    """Caption of Fig. 2, which says what was followed back, and the largest tension."""
+    numbers = numbers.assign(way=numbers.get("way", "approach"))
+    lengths = sorted(set(numbers[LENGTH]))
+    back = sorted(set(numbers[LENGTH][numbers["way"] == "retraction"]))
+    ways = "on approach"
+    if back:
+        ways += " and back" + ("" if back == lengths else f" (at l_a = {', '.join(f'{length:g}' for length in back)})")
+    area, tension = numbers["A_rep/A0"].max(), -numbers["N/(h' E* A0)"].min()
+    most = f" The largest tension is {tension:.2g} h' E* A0." if tension > 0 else ""
+    return (
+        f"Fig. 2: repulsive area against load up to {100 * area:.2g} % of A0, {ways}; each line a surface, H = 0.8, "
+        f"h'rms = 0.1, λ_s = 32 a0. Left of the threshold the load is negative, and so is κ.{most}"
+    )
+
+
 _PANELS = (
     ("A_att w/range (E* A0)", r"$(A_\mathrm{att}/A_0)\,w/\Delta r$ ($E^*$)",
      "N_att (E* A0)", r"$N_\mathrm{att}/A_0$ ($E^*$)", r"$N_\mathrm{att} = (w/\Delta r)\,A_\mathrm{att}$"),
@@ -223,18 +239,36 @@ def largest_tension(points: DataFrame) -> DataFrame:
     return found.assign(ratio=ratio, tension=(-found.load).clip(lower=0) / limit)
 
 
+_LOWEST_TENSION = 1e-6
+"""Lower end of the axis of Fig. S-3."""
+NEVER = "$\\downarrow$"
+"""Symbol of a contact that never pulls, on the axis of Fig. S-3."""
+
+
 def draw_tensions(numbers: DataFrame) -> Figure:
-    """Fig. S-3: the largest tension on approach against h_rms/δ_c, beside Fuller and Tabor."""
-    pulls = numbers[numbers["N_max/(N P_c)"] > 0]
+    """Fig. S-3: the largest tension on approach against h_rms/δ_c, beside Fuller and Tabor.
+
+    A logarithmic axis has no place for contacts that never pull: they are arrows at its lower end.
+    """
+    pulls = numbers["N_max/(N P_c)"] > 0
     figure, axis = plot.new_axes(plot.COLUMN, 3.6)
-    draw_points(axis, pulls, "h_rms/delta_c", "N_max/(N P_c)")
+    draw_points(axis, numbers[pulls], "h_rms/delta_c", "N_max/(N P_c)")
     ratio = np.geomspace(0.3, 30, 40)
     theory = np.array([rough.fuller_tabor(float(r)) for r in ratio])
     axis.plot(ratio[theory > 1e-6], theory[theory > 1e-6], "-", color="0.4", label="Fuller and Tabor (1975)")
     axis.set(xscale="log", yscale="log", xlabel=r"$h_\mathrm{rms}/\delta_c$", ylabel=r"$N_\mathrm{max}/(N P_c)$")
-    axis.set_ylim(bottom=1e-6)
+    axis.set_ylim(bottom=_LOWEST_TENSION)
+    never = numbers[~pulls]
+    label = f"never pulls on approach, {len(never)} of {len(numbers)}"
+    for row, (length, some) in enumerate(never.groupby(LENGTH)):
+        level = np.full(len(some), _LOWEST_TENSION * 2.5**row)  # a row for each l_a, as there may be hundreds
+        axis.plot(some["h_rms/delta_c"], level, marker=NEVER, linestyle="none", markersize=5, markeredgewidth=0,
+                  color=adhesion_colour(length), clip_on=False)  # fmt: skip
+    arrow = Line2D([], [], marker=NEVER, linestyle="none", markersize=5, markeredgewidth=0, color="0.3", label=label)
+    hursts, _, slopes, cuts = symbol_key(numbers[pulls])
+    key = hursts, adhesion_key(numbers[LENGTH]), slopes, cuts
     plot.log_ticks(axis)
-    plot.legend_below(figure, *symbol_key(pulls), plot.labelled(axis))
+    plot.legend_below(figure, *key, [*plot.labelled(axis), *([arrow] if len(never) else [])])
     return figure
 
 

@@ -1,5 +1,7 @@
 """The paper's own system, 4096² points, from its stored points: ``python -m docs.studies.figure2``.
 
+With ``--figure`` the table of Figure 2 is made from them, too; ``python -m docs.studies.redraw`` draws it.
+
 Means over three surfaces of each area that was asked for; 1/κ is averaged, as κ diverges where surfaces become sticky.
 """
 
@@ -9,8 +11,10 @@ import sys
 from collections.abc import Iterator
 
 import numpy as np
-from pandas import DataFrame, read_csv
+from pandas import DataFrame, concat, read_csv
 
+from continuum.paper.claims import stored_points
+from continuum.paper.figures import FIGURES
 from docs.studies.judgement import MEASURED, held, spread, verdict
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
@@ -71,6 +75,18 @@ def returns() -> Iterator[str]:
         )
 
 
+STEM = MEASURED / "paper-figure2-4096-figure2"
+"""Figure 2 at the paper's own size: its table, and what is drawn of it."""
+
+
+def drawn() -> DataFrame:
+    """The numbers of Figure 2: the paths to 14 % and back and, at the lengths without them, the approach."""
+    there = stored_points(MEASURED / "paper-figure2-4096-points.csv")
+    whole = stored_points(MEASURED / "figure2-4096-cycles.csv")
+    rows = concat([there[~there.length.isin(whole.length)], whole], ignore_index=True)
+    return FIGURES["figure2"].numbers(rows.sort_values(["length", "seed"], kind="stable"))
+
+
 def judged() -> Iterator[str]:
     """What became of the statements of the paths to 14 % and back."""
     rows = cycles()
@@ -123,4 +139,6 @@ def judged() -> Iterator[str]:
 
 
 if __name__ == "__main__":
+    if sys.argv[1:] == ["--figure"]:
+        drawn().to_csv(STEM.with_suffix(".csv"), index=False, lineterminator="\n")
     sys.stdout.write("\n".join([*lines(), "", *returns(), "", *judged()]) + "\n")

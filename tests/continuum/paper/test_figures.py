@@ -113,6 +113,8 @@ def test_contacts_that_do_not_are_found_out() -> None:
     assert "wall hard: 2; wall lennard-jones-spline: 2.5" in found_of(BARE, both).found
     # Sticky where 1/κ_att > 1/8, predicted where it is > 1/2.
     assert found_of(STICKY, soft).word != "reproduced"
+    # What is missed is told by size: here λ_s = 16 and 32 alike, three slopes each, at the strongest adhesion.
+    assert re.search(r"sticky but not predicted \(λ_s = 16: \d+, 32: \d+\)", found_of(STICKY, soft).found)
     wide = sweep_points(table(strip=3.0))
     assert found_of("A_att is a strip of width d_att along the perimeter", wide).word == "not reproduced"
     assert found_of("A_rep/A_att follows Eq. (4) where A_att < A_rep", wide).word == "not reproduced"
@@ -160,6 +162,16 @@ def test_right_on_average_by_too_much_here_and_too_little_there_is_not_reproduce
     assert "geometric mean 1" in found.found
     assert "λ_L/λ_s = 64: 1.6" in found.found
     assert "λ_L/λ_s = 128: 0.625" in found.found
+
+
+def test_theories_of_asperities_are_judged_with_the_number_of_systems_that_never_pull() -> None:
+    claim = "Greenwood-Williamson theories fall orders of magnitude below N_max"
+    points = sweep_points(table())
+    found = found_of(claim, points)
+    systems = points[points.length > 0].groupby("system").load.min()
+    assert found.points == len(systems)
+    assert f"of the {(systems < 0).sum()} systems of {len(systems)} that pull" in found.found
+    assert f"{(systems >= 0).sum()} never pull on approach" in found.found
 
 
 def test_few_surfaces_and_one_kind_of_contact_are_no_test() -> None:
@@ -338,9 +350,31 @@ def test_figure_2_marks_the_largest_tension_on_the_way_back_where_there_are_aspe
         back | {"N/(h' E* A0)": load, "A_rep/A0": area, "A_rep >= 10 lambda_s^2": enough}
         for load, area, enough in [(-0.01, 0.05, True), (-0.03, 0.03, True), (-0.05, 0.001, False)]
     ])  # fmt: skip
+    there = {"way": "approach"}
     axis = plot.styled(relations.draw_area_against_load)(numbers).axes[0]
     (ring,) = [line for line in axis.lines if line.get_label() == "largest tension on the way back"]
     assert (ring.get_xdata()[0], ring.get_ydata()[0]) == (-0.03, 0.03)
+    said = FIGURES["figure2"].said
+    assert "on approach and back;" in said(numbers)
+    assert "on approach and back (at l_a = 0.1);" in said(
+        concat([numbers, numbers.assign(**there, **{"l_a (a0)": 0.0})])
+    )
+    assert "on approach;" in said(numbers.assign(**there))
+    assert "The largest tension is 0.05 h' E* A0." in said(numbers)
+
+
+def test_systems_that_never_pull_stand_on_the_axis_of_figure_s3_as_arrows() -> None:
+    numbers = DataFrame({
+        "H": 0.8, "h'rms": 0.1, "lambda_s (a0)": 8.0, "l_a (a0)": [0.05, 0.005, 0.005], "seed": 1,
+        "A_rep >= 10 lambda_s^2": True, "h_rms/delta_c": [2.0, 5.0, 6.0], "N_max/(N P_c)": [0.5, 0.0, 0.0],
+    })  # fmt: skip
+    axis = plot.styled(relations.draw_tensions)(numbers).axes[0]
+    arrows = [line for line in axis.lines if line.get_marker() == relations.NEVER]
+    assert sorted(x for line in arrows for x in line.get_xdata()) == [5.0, 6.0]
+    assert {y for line in arrows for y in line.get_ydata()} == {axis.get_ylim()[0]}
+    (legend,) = axis.figure.legends
+    assert any("never pulls on approach, 2 of 3" in text.get_text() for text in legend.get_texts())
+    assert "1 of 3 pull" in FIGURES["figure-s3"].said(numbers)
 
 
 def test_no_point_of_figure_2_is_within_the_tolerance_of_two_targets() -> None:
