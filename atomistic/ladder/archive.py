@@ -5,6 +5,7 @@ Workers store the result of each path in a file of its own; the validation is th
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
+from functools import partial
 from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple
@@ -18,7 +19,7 @@ from continuum.files import store
 from continuum.files.hdf5 import StoreError
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Dataset, columns
-from continuum.files.tables import identity, resolved
+from continuum.files.tables import differences, identity, resolved
 from continuum.model.walls import LennardJonesSpline
 
 _OF_DIFFERENCE: Mapping[str, tuple[str, str]] = {
@@ -154,7 +155,10 @@ def is_complete(path: Path, config: ValidateConfig, *, force: bool) -> bool:
 
     Raises OutputError, and leaves the file unchanged, if it is anything else or damaged.
     """
-    found = store.earlier(path, config.result_schema, config.result_version, identity(config), force=force)
+    found = store.earlier(
+        path, config.result_schema, config.result_version, identity(config), force=force,
+        differences=partial(differences, config),
+    )  # fmt: skip
     return found is not None and bool(found.attributes["finished"])
 
 

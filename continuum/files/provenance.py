@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from continuum import __version__
 from continuum.files.toml import packaged
@@ -53,6 +53,13 @@ def provenance(packages: tuple[str, ...] = ("numpy", "scipy", "ducc0", "h5py")) 
         **{f"provenance/{name}": importlib.metadata.version(name) for name in packages},
         **_commit(Path(__file__).resolve().parents[2]),
     }
+
+
+def made_by(attributes: Mapping[str, Any]) -> str:
+    """Version and commit of a stored result, or of :func:`provenance`, in words."""
+    commit = str(attributes.get("provenance/git_commit", ""))[:12]
+    changed = " with changes" if attributes.get("provenance/git_dirty") else ""
+    return f"version {attributes.get('provenance/stickiness')}{f', commit {commit}' if commit else ''}{changed}"
 
 
 def _commit(root: Path) -> dict[str, str | bool]:

@@ -10,7 +10,7 @@ have a fixed length.  Errors are those of :mod:`continuum.files.hdf5`.
 """
 
 import zlib
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -228,11 +228,19 @@ def schema_of(path: str | Path) -> str | None:
         return None
 
 
-def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool) -> File | None:
+def earlier(
+    path: Path,
+    schema: str,
+    version: int,
+    identity: str,
+    *,
+    force: bool,
+    differences: Callable[[Mapping[str, Attribute]], str] = lambda attributes: "",
+) -> File | None:
     """The stored result of an earlier call with this identity; None if there is no file.
 
     With ``force`` also None if the file is another result of that schema, which is then replaced.  Raises OutputError
-    if the file is anything else.
+    if the file is anything else; ``differences`` says how another result differs, by its attributes.
     """
     if not path.exists():
         return None
@@ -248,7 +256,7 @@ def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool
     try:
         file = read_datasets(path, schema, version)
         same = file.attributes.get("identity") == identity
-        fault = "" if same else f"{path}: holds another result (other physics, solver settings or input data)"
+        fault = "" if same else f"{path}: holds another result{differences(file.attributes)}"
     except UnreadError as error:
         raise OutputError(str(error)) from error
     except StoreError as error:

@@ -241,6 +241,9 @@ class RunConfig(Document):
     result_schema: ClassVar[str] = "stickiness/continuum-run"
     result_version: ClassVar[int] = 3
     not_identity: ClassVar[frozenset[str]] = frozenset({"output"})
+    former_defaults: ClassVar[tuple[tuple[str, Mapping[str, Any]], ...]] = (
+        ("25 November 2026", {"loading.area_resolution": 1e-3}),
+    )
     newer: ClassVar[frozenset[str]] = frozenset({"counterface"})
     of_others: ClassVar[Mapping[str, str]] = {"sweep": "this is the input of a sweep: use `continuum sweep run`"}
 

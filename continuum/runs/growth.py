@@ -15,7 +15,7 @@ import numpy as np
 
 from continuum.files import store
 from continuum.files.hdf5 import StoreError, understood
-from continuum.files.tables import restored
+from continuum.files.tables import former_settings, identity, restored, with_values
 from continuum.measure.contact import Equilibrium, shared
 from continuum.path.state import PathState
 from continuum.runs.config import RunConfig
@@ -76,6 +76,24 @@ def growth_of(config: RunConfig, source: Path) -> Growth | None:
     if not alike or not (goes_on or ends):
         return None
     return Growth(source, identity, kept=alike, whole=alike == done)
+
+
+def as_begun(config: RunConfig, source: Path) -> tuple[RunConfig, str]:
+    """An input with the defaults that its stored result was begun with, and their last day; none if those of today.
+
+    That result has the same identity then, or its path can be used.
+    """
+    try:
+        stored = store.read_few(source, (), ("identity",))[1].get("identity")
+    except StoreError:
+        return config, ""
+    if stored == identity(config) or growth_of(config, source) is not None:
+        return config, ""
+    for until, values in former_settings(config):
+        former = with_values(config, values)
+        if stored == identity(former) or growth_of(former, source) is not None:
+            return former, until
+    return config, ""
 
 
 def growths(configs: Mapping[str, RunConfig], stored: Iterable[Path]) -> dict[str, Growth]:

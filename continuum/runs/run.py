@@ -19,7 +19,7 @@ from continuum.files.hdf5 import StoreError, understood
 from continuum.files.output import distinct, reserved
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Attribute, Dataset
-from continuum.files.tables import identity, resolved
+from continuum.files.tables import differences, identity, resolved
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
@@ -27,7 +27,7 @@ from continuum.path.state import Branch, Outcome, PathState, gone
 from continuum.path.threshold_search import bracket_threshold
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
-from continuum.runs.growth import Growth, contact_identity, growth_of, stored_state
+from continuum.runs.growth import Growth, as_begun, contact_identity, growth_of, stored_state
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.solve.backend import back_end
@@ -68,6 +68,7 @@ def follow_run(
     OutputError if the file is something else, an input, locked by another process, or cannot be written.
     """
     start = time.perf_counter()
+    config, until = (config, "") if force else as_begun(config, path)
     key = identity(config)
     distinct(path, config.files)
     system = build(config)
@@ -75,6 +76,8 @@ def follow_run(
     said = list(system.warnings)
     if record.grown_from and not finished:
         said.append(f"{path}: continues with {len(record.points)} stored points of another path")
+    if until:
+        said.append(f"{path}: was begun with other defaults, which held until {until}, and goes on with them")
     if warn is not None:
         warn(said)
     if finished:
@@ -219,7 +222,9 @@ def _stored(
         # What the next point starts from is stored of the last point only.
         good = whole.good if growth.kept == len(whole.points) else []
         return replace(whole.beginning(growth.kept, good), grown_from=growth.identity), False
-    file = store.earlier(path, config.result_schema, config.result_version, key, force=force)
+    file = store.earlier(
+        path, config.result_schema, config.result_version, key, force=force, differences=partial(differences, config)
+    )
     if file is None:
         return Record(config.output.fields, grown_from=growth.identity if growth is not None else ""), False
     if config.output.fields and "gap" not in file.datasets:

@@ -9,6 +9,7 @@ import numpy as np
 
 from continuum.files import store
 from continuum.files.hdf5 import StoreError, understood
+from continuum.files.provenance import made_by
 from continuum.files.store import Dataset
 from continuum.measure.contact import MEASURED, measure
 from continuum.measure.curve import Curve, normal_stiffness
@@ -87,10 +88,7 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
             if name in places:
                 table[:, i] = stored[:, places[name]]
         seconds = float(found.get("journal/total_seconds", np.nan))
-    commit = str(found.get("provenance/git_commit", ""))[:12]
-    changed = " with changes" if found.get("provenance/git_dirty") else ""
-    made = f"version {found.get('provenance/stickiness')}{f', commit {commit}' if commit else ''}{changed}"
-    return SystemTable(table, seconds, made)
+    return SystemTable(table, seconds, made_by(found))
 
 
 def _quantities(system: RunSetup, record: Record) -> Dataset:

@@ -14,8 +14,9 @@ from typing import Any
 
 from continuum.errors import OutputError
 from continuum.files import output, store
-from continuum.files.hdf5 import UnreadError
-from continuum.files.provenance import journal
+from continuum.files.hdf5 import StoreError, UnreadError
+from continuum.files.provenance import journal, made_by, provenance
+from continuum.files.tables import former_settings
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.growth import Growth, growths
@@ -28,6 +29,8 @@ from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import ADDED
 from continuum.sweeps.workers import Task, TaskResult, say
 
+_MOST = 8
+"""Keys that a message names."""
 _EVERY = 20.0
 """Largest time of a path that a killed process loses; shorter pieces are not stored."""
 
@@ -102,11 +105,10 @@ def begin(
     has another sweep or files of the user.
     """
     folder = Folder(Path(root))
-    listing, tasks = _listed(sweep, folder)
+    listing, tasks, said = _planned(sweep, folder)
     output.distinct(folder.description, [sweep.source.path])
     folder.require_free_of_others()
-    tasks = _grown(folder, listing, tasks)
-    changes = _require_same_sweep(folder, listing, _growth_in_words(tasks))
+    changes = [*said, *_require_same_sweep(folder, listing, _growth_in_words(tasks))]
     folder.make()
     if changes and warn is not None:
         warn(changes)
@@ -126,6 +128,35 @@ def begin(
         return left
     sources = (task.plan.source.changed({"solver.threads": threads}) for task in left if task.plan.source is not None)
     return [replace(t, plan=replace(t.plan, source=source)) for t, source in zip(left, sources, strict=True)]
+
+
+def _planned(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask], list[str]]:
+    """The systems of a sweep and their tasks, with the defaults that its folder was begun with, and what to say of it.
+
+    A folder that has none of the systems, nor a path that one continues, may have them by the defaults of an earlier
+    version.
+    """
+    first = _with_growth(sweep, folder)
+    try:
+        before = systems_of(folder.root).keys
+    except SweepError:
+        return (*first, [])
+
+    def known(listing: SweepListing, tasks: list[SystemTask]) -> bool:
+        return not before.isdisjoint(listing.keys) or any(task.growth is not None for task in tasks)
+
+    if not known(*first):
+        for until, values in former_settings(first[1][0].plan.config):
+            found = _with_growth(replace(sweep, base=sweep.base.changed(values)), folder)
+            if known(*found):
+                said = f"{folder.root}: was begun with other defaults, which held until {until}, and goes on with them"
+                return (*found, [said])
+    return (*first, [])
+
+
+def _with_growth(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask]]:
+    listing, tasks = _listed(sweep, folder)
+    return listing, _grown(folder, listing, tasks)
 
 
 def _grown(folder: Folder, listing: SweepListing, tasks: Sequence[SystemTask]) -> list[SystemTask]:
@@ -285,9 +316,10 @@ def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[s
         return []
     before, now = earlier.keys, listing.keys
     if folder.begun and not before & now and not grown:
+        differ = [f"\n    {line}" for line in _differences(earlier, listing)[:_MOST]]
         raise OutputError(
             f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
-            "another output folder, or give the input another name"
+            f"another output folder, or give the input another name{''.join(differ)}{_versions(folder)}"
         )
     if before - now:  # input and listing are kept before they are replaced, under names made from their content
         for path in filter(Path.is_file, (folder.description, folder.listing)):
@@ -298,14 +330,23 @@ def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[s
     return [f"{folder.root}: the sweep has changed: {changes[0]}", *changes[1:]] if changes else []
 
 
+def _versions(folder: Folder) -> str:
+    """The versions of a stored system and of this program, in words; empty if no system can be read."""
+    names = ("provenance/stickiness", "provenance/git_commit", "provenance/git_dirty")
+    for path in folder.points.glob("[!.]*"):
+        with suppress(StoreError):
+            made = store.read_few(path, (), names)[1]
+            return f"\n    stored by {made_by(made)}; this is {made_by(provenance())}"
+    return ""
+
+
 def changes_of(root: str | Path, sweep: Sweep) -> list[str]:
     """Changes that running an input would make in a folder, as text; empty if the sweep is the same.
 
     Raises SweepError if there is no sweep, ConfigError if a system is not a valid input of a run.
     """
-    folder = Folder(Path(root))
-    listing, tasks = _listed(sweep, folder)
-    return _changes(systems_of(root), listing, _growth_in_words(_grown(folder, listing, tasks)))
+    listing, tasks, said = _planned(sweep, Folder(Path(root)))
+    return [*said, *_changes(systems_of(root), listing, _growth_in_words(tasks))]
 
 
 def _changes(earlier: SweepListing, listing: SweepListing, grown: Sequence[str]) -> list[str]:
