@@ -196,6 +196,7 @@ def check_sweep(file: InputFile, settings: Mapping[str, Any], *, reduced: bool) 
         ("cost, about", f"{sum(cost.fft_pairs for cost, _ in costs)}", "FFT pairs"),
         ("", f"{sum(seconds):.2g}", "core-seconds of this machine, as it is now"),
         ("of them the longest path", f"{max(seconds):.2g}", "core-seconds"),
+        *((f"column {one.name}, run by `sweep run` only", one.made, "") for one in described.columns),
     ]  # fmt: skip
     return Sheet.of(f"{described.source.path}: valid", ("quantity", Column("value"), "unit"), rows)
 
@@ -295,4 +296,5 @@ def sweep_slurm(
     root = file_name("output", output)
     words = ["continuum", "sweep", "run", str(path), "--output", str(root), *(["--reduced"] if reduced else [])]
     words += [word for name, value in given.items() for word in ("--set", f"{name}={text_of(value)}")]
-    return slurm_script(shlex.join(words), allocation, described.name)
+    said = [f"column {one.name}: {one.made}, which the job executes" for one in described.columns]
+    return slurm_script(shlex.join(words), allocation, described.name, said)

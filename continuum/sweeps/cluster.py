@@ -80,7 +80,7 @@ class Allocation:
         ]
 
 
-def slurm_script(command: str, allocation: Allocation, name: str) -> str:
+def slurm_script(command: str, allocation: Allocation, name: str, said: Sequence[str] = ()) -> str:
     """A job for ``sbatch``: a cluster inside one allocation, or one job of an array for each shard.
 
     Parameters
@@ -88,6 +88,7 @@ def slurm_script(command: str, allocation: Allocation, name: str) -> str:
     command : ``continuum sweep run FILE ...``, quoted; told here where its cluster, or what its shard is.
     allocation : what the job asks for.
     name : of the job.
+    said : comments.
     """
     shards, workers, threads = allocation.shards, allocation.workers, allocation.threads
     name = re.sub(r"[^\w.+-]", "-", name, flags=re.ASCII)  # it is not quoted in the script
@@ -98,6 +99,7 @@ def slurm_script(command: str, allocation: Allocation, name: str) -> str:
         f"#SBATCH --output={name}-%{'A-%a' if shards else 'j'}.log",
         "#SBATCH --open-mode=append",  # a job that is requeued keeps its log
         "# The same job, submitted again, goes on where this one was stopped.",
+        *(f"# {line}" for line in said),
         "set -eu",
         f"export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS={threads}",
         *(f"module load {module}" for module in allocation.modules),

@@ -1,18 +1,25 @@
 """Columns of one's own: functions of a stored run that the worker calls when a system is done.
 
 Their numbers are stored beside the systems, in ``columns/KEY.json``, with a hash of what computed them: files of
-systems stay as they are, and after a change of a function its column is computed anew.
+systems stay as they are, and after a change of a function, or of a module beside it that it imports, its column is
+computed anew.  Reading an input executes none of them.
 """
 
+import ast
 import hashlib
 import inspect
 import json
+import os
 import pickle
 import re
 import reprlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import signal
+import sys
+import sysconfig
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -29,6 +36,7 @@ from continuum.model.fourier import Real
 from continuum.runs.result import Result
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.measured import COLUMNS
+from continuum.sweeps.workers import Stopped
 from continuum.tables import Fault
 
 ColumnFunction = Callable[[Result], Any]
@@ -57,7 +65,9 @@ class OwnColumn:
     text: str = field(default="", repr=False, compare=False)
     """Text of the file, or of the function; empty where it is not known."""
     code: bytes = field(default=b"", repr=False, compare=False)
-    """The function as it is sent to other processes; empty of a stored listing."""
+    """A function of Python as it is sent to other processes; empty of a file, and of a stored listing."""
+    path: str = field(default="", repr=False, compare=False)
+    """The file; empty of a function of Python, and of a stored listing."""
 
     @property
     def made(self) -> str:
@@ -69,20 +79,34 @@ class OwnColumn:
         """Name under which its text is kept in the folder of the sweep."""
         return f"{self.name}-{self.digest[:12]}.py"
 
+    def function(self) -> ColumnFunction:
+        """The function, by executing its file: for the worker of a run only.
+
+        Raises ColumnError for whatever that raises.
+        """
+        if self.code:
+            found = _guarded(pickle.loads, self.code)
+        else:
+            found = getattr(_guarded(_module, self.path, self.text), self.origin.rpartition(":")[2], None)
+        if not callable(found):
+            raise ColumnError(f"is no function, but {reprlib.repr(found)}")
+        function: ColumnFunction = found
+        return function
+
     def of(self, result: Result) -> Real:
         """The column of a run, a number for each point; NaN where it has none.
 
-        Raises whatever the function raises; ColumnError if it does not return numbers.
+        Raises ColumnError for whatever the function raises, and if it does not return numbers.
         """
-        returned, points = pickle.loads(self.code)(result), len(result.points)
+        returned, points = _guarded(self.function(), result), len(result.points)
         try:
             found = np.asarray(returned)
-        except ValueError:  # lists of several lengths
+        except Exception:  # lists of several lengths, or an object that is no array
             found = np.asarray(None)
         if found.dtype.kind not in "biuf" or found.shape not in ((), (points,)) or np.isinf(found).any():
             raise ColumnError(
-                f"returned {reprlib.repr(returned)}; allowed: a number for each of the {points} points of the path, or "
-                "one for all; nan where there is none"
+                f"it returned {reprlib.repr(returned)}; allowed: a number for each of the {points} points of the path, "
+                "or one for all; nan where there is none"
             )
         return np.broadcast_to(found.astype(np.float64), points)
 
@@ -125,6 +149,7 @@ def own_columns(
 
 
 def _of_file(name: str, said: str, beside: Path) -> OwnColumn:
+    """The column of a file, which is parsed and not executed: that is left to the worker of a run."""
     if said == OF_PYTHON:
         raise ValueError("its function was given in Python; columns/ of that sweep keeps its text")
     matched = _FILE.fullmatch(said)
@@ -135,26 +160,22 @@ def _of_file(name: str, said: str, beside: Path) -> OwnColumn:
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         raise ValueError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    module = ModuleType(f"columns of {path.name}")  # no name to import: its functions are sent with what they use
-    module.__file__ = str(path)
     try:
-        exec(compile(text, str(path), "exec"), vars(module))
-    except (Exception, SystemExit) as error:
-        raise ValueError(f"{path} cannot be executed: {type(error).__name__}: {error}") from None
-    function = vars(module).get(wanted)
-    if not callable(function):
-        functions = [one for one, value in vars(module).items() if callable(value)]
-        hint = slip(wanted, functions, "; did you mean {}?")
+        names = dict(_named(ast.parse(text, str(path)).body))
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        raise ValueError(f"{path} is no Python: {type(error).__name__}: {error}") from None
+    if not names.get(wanted, "*" in names):
+        hint = slip(wanted, [one for one, is_function in names.items() if is_function], "; did you mean {}?")
         raise ValueError(f"{path} has no function {wanted}{hint}")
-    digest = hashlib.sha256(f"{wanted}\n{text}".encode()).hexdigest()
-    return OwnColumn(name, f"{path.name}:{wanted}", digest, text, _sent(function))
+    digest = _digest(f"{wanted}\n{text}".encode(), _helpers(path))
+    return OwnColumn(name, f"{path.name}:{wanted}", digest, text, path=str(path.resolve()))
 
 
 def _of_python(name: str, function: ColumnFunction) -> OwnColumn:
     code, text = _sent(function), ""
     with suppress(OSError, TypeError):  # typed at a prompt, or of a library
         text = inspect.getsource(function)
-    digest = hashlib.sha256(code + text.encode()).hexdigest()
+    digest = _digest(code + text.encode(), _used_by(function))
     return OwnColumn(name, f"{OF_PYTHON}, {getattr(function, '__name__', name)}", digest, text, code)
 
 
@@ -166,6 +187,120 @@ def _sent(function: Any) -> bytes:
         msg = f"it cannot be sent to other processes, with what it uses: {type(error).__name__}: {error}"
         raise ValueError(msg) from None
     return code
+
+
+def _named(body: Sequence[ast.stmt]) -> Iterator[tuple[str, bool]]:
+    """Names that the statements of a module define, and whether each may be a function; "*" for all of another one."""
+    for statement in body:
+        match statement:
+            case ast.FunctionDef(name) | ast.ClassDef(name):
+                yield name, True
+            case ast.Import(names) | ast.ImportFrom(names=names):
+                yield from ((one.asname or one.name.partition(".")[0], True) for one in names)
+            case ast.Assign(value=value) | ast.AnnAssign(value=value):
+                targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+                function = not isinstance(value, ast.Constant | ast.List | ast.Tuple | ast.Dict | ast.Set | None)
+                yield from ((one.id, function) for one in targets if isinstance(one, ast.Name))
+            case ast.If() | ast.Try() | ast.With():
+                yield from _named(statement.body)
+                yield from _named(getattr(statement, "orelse", []))
+                for handler in getattr(statement, "handlers", []):
+                    yield from _named(handler.body)
+
+
+def _digest(own: bytes, helpers: Iterable[Path]) -> str:
+    """Hash of a function, and of the files of modules that it uses."""
+    found = hashlib.sha256(own)
+    for path in sorted({*helpers}):
+        with suppress(OSError):
+            found.update(f"\n{path.name}\n".encode() + path.read_bytes())
+    return found.hexdigest()
+
+
+def _helpers(path: Path) -> Iterator[Path]:
+    """Files beside a Python file that it imports, and that these import."""
+    seen, left = {path.resolve()}, [path.resolve()]
+    while left:
+        with suppress(OSError, SyntaxError, ValueError, RecursionError, MemoryError):
+            here = left.pop()
+            for node in ast.walk(ast.parse(here.read_bytes())):
+                for name in _imported(node):
+                    module = here.parent.joinpath(*name.split("."))
+                    for file in (module.with_name(f"{module.name}.py"), module / "__init__.py"):
+                        if file.is_file() and file.resolve() not in seen:
+                            seen.add(file.resolve())
+                            left.append(file.resolve())
+                            yield file.resolve()
+
+
+def _imported(node: ast.AST) -> Iterator[str]:
+    """Names of modules that a statement may import."""
+    match node:
+        case ast.Import(names):
+            yield from (one.name for one in names)
+        case ast.ImportFrom(module, names):
+            yield from ([module] if module else [])
+            yield from (f"{module}.{one.name}" if module else one.name for one in names)
+
+
+def _used_by(function: Any) -> Iterator[Path]:
+    """Files of modules, not of libraries, that a function uses by its global names, and those that these import."""
+    code, known = getattr(function, "__code__", None), getattr(function, "__globals__", {})
+    libraries = [Path(sysconfig.get_path(name)) for name in ("stdlib", "purelib", "platlib")]
+    for name in getattr(code, "co_names", ()):
+        used = known.get(name)
+        module = used if isinstance(used, ModuleType) else sys.modules.get(getattr(used, "__module__", None) or "")
+        file = Path(getattr(module, "__file__", None) or "")
+        # A function of the script itself is sent with what it uses.
+        ours = file.suffix == ".py" and getattr(module, "__name__", "") not in (
+            "__main__",
+            code and function.__module__,
+        )
+        if ours and not any(file.is_relative_to(library) for library in libraries):
+            yield file.resolve()
+            yield from _helpers(file)
+
+
+@cache
+def _module(path: str, text: str) -> ModuleType:
+    """Execute a file of columns, once in a process; modules beside it can be imported."""
+    module = ModuleType(f"columns of {Path(path).name}")
+    module.__file__ = path
+    sys.modules[module.__name__] = module  # where dataclasses look for the names in their annotations
+    if (folder := str(Path(path).parent)) not in sys.path:
+        sys.path.append(folder)  # last: nothing beside the input takes the place of a library
+    exec(compile(text, path, "exec"), vars(module))
+    return module
+
+
+def _guarded(call: Callable[..., Any], *given: Any) -> Any:
+    """Call what a user wrote: wherever it goes and however it ends, the process stays as it was.
+
+    Raises ColumnError for whatever it raises, except for a signal that stops the process.
+    """
+    here = os.open(".", os.O_RDONLY)
+    try:
+        return call(*given)
+    except BaseException as error:
+        of_terminal = isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) != signal.SIG_IGN
+        if of_terminal or isinstance(error, Stopped | ColumnError):
+            raise
+        raise ColumnError(f"{type(error).__name__}: {error}") from error
+    finally:
+        os.fchdir(here)
+        os.close(here)
+
+
+def require_functions(columns: Sequence[OwnColumn]) -> None:
+    """Check that each column has a function; raises ColumnError that names those which have none."""
+    said = []
+    for column in columns:
+        try:
+            column.function()
+        except ColumnError as error:
+            said.append(f"column {column.name} ({column.origin}): {error}")
+    if said:
+        raise ColumnError(f"{'; '.join(said)}; nothing was solved: mend it and run again with --retry")
 
 
 def add_columns(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> None:
@@ -187,9 +322,7 @@ def add_columns(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> None:
         try:
             known[column.name] = column.digest, column.of(result)
         except ColumnError as error:
-            said.append(f"column {column.name} ({column.origin}) {error}")
-        except Exception as error:
-            said.append(f"column {column.name} ({column.origin}): {type(error).__name__}: {error}")
+            said.append(f"column {column.name} ({column.origin}): {error}")
     numbers = {
         name: (digest, [None if np.isnan(value) else value for value in values.tolist()])
         for name, (digest, values) in known.items()

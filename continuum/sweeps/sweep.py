@@ -23,7 +23,7 @@ from continuum.runs.growth import Growth, growths
 from continuum.runs.run import follow_run
 from continuum.sweeps.axes import Axis, Sweep, System, label_of
 from continuum.sweeps.bisection import Bisection
-from continuum.sweeps.columns import OwnColumn, add_columns
+from continuum.sweeps.columns import OwnColumn, add_columns, require_functions
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import ADDED
@@ -196,6 +196,7 @@ def solve_system(root: Path, task: SystemTask) -> None:
     folder = Folder(root)
     working = folder.work / task.path.name
     with output.reserved(folder.work / task.path.stem):
+        require_functions(task.columns)  # before a path of hours
         if not task.path.is_file():  # else it was done before, or meanwhile by another process
             try:
                 if working.exists() and store.schema_of(working) != RunConfig.result_schema:
@@ -228,7 +229,9 @@ def systems_of(root: str | Path) -> SweepListing:
             for key, values, cost, memory in data["systems"]
         )
         bisection = Bisection(**data["bisection"]) if data.get("bisection") else None
-        columns = tuple(OwnColumn(**column) for column in data.get("columns", ()))
+        columns = tuple(
+            OwnColumn(str(one["name"]), str(one["origin"]), str(one["digest"])) for one in data.get("columns", ())
+        )
         listing = SweepListing(data["name"], axes, data["common"], systems, bisection, columns=columns)
         return _with_trials(Folder(Path(root)), listing)
     except FileNotFoundError:

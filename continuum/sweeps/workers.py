@@ -144,7 +144,11 @@ def _listen(connection: Connection[Any, Any], tasks: queue.SimpleQueue[bytes]) -
 def _stop(number: int, frame: object) -> None:
     """End the process cleanly: it stores the finished points of a path, even after a second signal."""
     signal.signal(number, signal.SIG_IGN)
-    raise SystemExit(128 + number)
+    raise Stopped(128 + number)
+
+
+class Stopped(SystemExit):
+    """A signal has asked this process to end."""
 
 
 def _answer(message: bytes) -> Message | None:

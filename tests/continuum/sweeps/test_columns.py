@@ -7,6 +7,8 @@ import math
 import pickle
 import re
 import shutil
+import signal
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -27,7 +29,7 @@ from continuum.sweeps.collect import collect
 from continuum.sweeps.columns import ColumnError, OwnColumn
 from continuum.sweeps.crossings import TrialError, done_before, solve_task
 from continuum.sweeps.sweep import begin, record
-from continuum.sweeps.workers import TaskResult
+from continuum.sweeps.workers import Stopped, TaskResult
 from tests.problems import SMALL
 
 SEEDS = '[sweep.axes]\n"surface.seed" = [3, 4]\n'
@@ -204,15 +206,8 @@ WRONG = [
     ('half = "none.py"', MINE, "none.py cannot be read: No such file"),
     ('half = "mine.txt"', MINE, 'a Python file, beside the input, as "mine.py"'),
     ('half = "mine.py"', "def half(:\n", "SyntaxError"),
-    ('half = "mine.py"', "import nothing_of_this_name\n", "ModuleNotFoundError"),
-    ('half = "mine.py"', "raise SystemExit(3)\n", "SystemExit: 3"),
     ('double = "mine.py"', MINE, "has no function double; did you mean doubled?"),
     ('SCALE = "mine.py"', MINE, "has no function SCALE"),
-    (
-        'half = "mine.py"',
-        "import threading\nlock = threading.Lock()\ndef half(result):\n    return lock\n",
-        "sent to other processes",
-    ),
     ('load = "mine.py:doubled"', MINE, "the table has a column of this name"),
     ('load_error = "mine.py:doubled"', MINE, "the table has a column of this name, or makes one"),
     ('"no name" = "mine.py:doubled"', MINE, "a name of letters, digits and _"),
@@ -230,6 +225,100 @@ def test_what_is_wrong_with_a_column_is_one_message_and_nothing_is_written(
         assert error.startswith(f"{path}: 1 fault")
         assert said in error
         assert not (tmp_path / "out").exists()
+
+
+HOSTILE = """\
+import os
+from pathlib import Path
+Path("executed").write_text("")
+def half(result):
+    os.chdir("/")
+    raise END
+"""
+
+
+def test_reading_an_input_executes_nothing(
+    copied: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(copied)
+    path = described(copied, 'half = "mine.py"\n', mine=HOSTILE)
+    digest = hashlib.sha256(f"half\n{HOSTILE}".encode()).hexdigest()
+    made = f"mine.py:half ({digest[:12]})"
+    for words in (["check", str(path)], ["sweep", "slurm", str(path)], ["sweep", "status", "many", "--why", str(path)]):
+        assert main(words) == 0
+        assert made in capsys.readouterr().out
+    c.sweep_slurm(path)
+    collect(copied / "many")
+    assert not (copied / "executed").exists()
+
+
+@pytest.mark.parametrize(
+    ("mine", "said"),
+    [
+        ("import nothing_of_this_name\nhalf = len\n", "ModuleNotFoundError"),
+        ("def half(result):\n    pass\nraise SystemExit(3)\n", "SystemExit: 3"),
+        ("half = 1 + 2\n", "is no function, but 3"),
+    ],
+)
+def test_a_file_that_cannot_be_executed_fails_before_anything_is_solved(copied: Path, mine: str, said: str) -> None:
+    reasons = run(described(copied, 'half = "mine.py"\n', SEEDS.replace("4", "5"), mine), copied / "many")
+    assert len(reasons) == 2
+    assert all(said in reason and "nothing was solved" in reason for reason in reasons)
+
+
+@pytest.mark.parametrize("end", ["SystemExit(3)", "KeyboardInterrupt", "GeneratorExit", "BaseException('x')"])
+def test_however_a_function_ends_it_is_a_failure_of_its_column(
+    copied: Path, monkeypatch: pytest.MonkeyPatch, end: str
+) -> None:
+    """Also where it went elsewhere: relative paths mean what they did.  A signal stops the worker all the same."""
+    monkeypatch.chdir(copied)
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as in a worker
+    try:
+        reasons = run(described(copied, 'half = "mine.py"\n', mine=HOSTILE.replace("END", end)), Path("many"))
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert len(reasons) == 2
+    assert all(end.partition("(")[0] in reason and "its points are stored" in reason for reason in reasons)
+    assert Path.cwd() == copied
+    stopped = OwnColumn("mine", "mine.py:mine", "", code=pickle.dumps(Stops()))
+    with pytest.raises(SystemExit):
+        stopped.of(cast(Result, SimpleNamespace(points=[])))
+
+
+class Stops:
+    def __call__(self, result: Any) -> Any:
+        raise Stopped(143)
+
+
+def test_a_column_is_that_of_the_modules_beside_it(copied: Path) -> None:
+    """Its helper is found, and after a change of it, or of what that imports, the column is computed anew."""
+    (copied / "deeper.py").write_text("FACTOR = 2.0\n")
+    (copied / "helper.py").write_text("from deeper import FACTOR\n")
+    mine = "import helper\ndef twice(result):\n    return helper.FACTOR\n"
+    path = described(copied, 'twice = "mine.py"\n', mine=mine)
+    assert run(path, copied / "many") == []
+    assert set(collect(copied / "many")["twice"]) == {2.0}
+    (copied / "deeper.py").write_text("FACTOR = 3.0\n")
+    assert any("twice" in line for line in c.sweep_status(copied / "many", path).changes)
+
+
+def test_a_function_of_python_is_that_of_the_modules_that_it_uses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "used_by_mine.py").write_text("FACTOR = 2.0\n")
+    (tmp_path / "mine_of_python.py").write_text("import used_by_mine\ndef f(result):\n    return used_by_mine.FACTOR\n")
+    path = described(tmp_path, "")
+    function = import_module("mine_of_python").f
+
+    def digest() -> str:
+        (column,) = Sweep.read(path, columns={"f": function}).columns
+        return column.digest
+
+    before = digest()
+    assert digest() == before
+    (tmp_path / "used_by_mine.py").write_text("FACTOR = 3.0\n")
+    assert digest() != before
 
 
 def test_all_files_that_cannot_be_used_are_named_at_once(tmp_path: Path) -> None:
