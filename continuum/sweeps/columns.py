@@ -281,10 +281,11 @@ def _guarded(call: Callable[..., Any], *given: Any) -> Any:
     here = os.open(".", os.O_RDONLY)
     try:
         return call(*given)
+    except (Stopped, ColumnError):
+        raise
     except BaseException as error:
-        of_terminal = isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) != signal.SIG_IGN
-        if of_terminal or isinstance(error, Stopped | ColumnError):
-            raise
+        if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) != signal.SIG_IGN:
+            raise  # of the terminal
         raise ColumnError(f"{type(error).__name__}: {error}") from error
     finally:
         os.fchdir(here)
