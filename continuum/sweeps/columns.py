@@ -36,7 +36,7 @@ from continuum.model.fourier import Real
 from continuum.runs.result import Result
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.measured import COLUMNS
-from continuum.sweeps.workers import Stopped
+from continuum.sweeps.workers import StopSignal
 from continuum.tables import Fault
 
 ColumnFunction = Callable[[Result], Any]
@@ -281,7 +281,7 @@ def _guarded(call: Callable[..., Any], *given: Any) -> Any:
     here = os.open(".", os.O_RDONLY)
     try:
         return call(*given)
-    except (Stopped, ColumnError):
+    except (StopSignal, ColumnError):
         raise
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) != signal.SIG_IGN:

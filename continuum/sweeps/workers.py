@@ -144,10 +144,10 @@ def _listen(connection: Connection[Any, Any], tasks: queue.SimpleQueue[bytes]) -
 def _stop(number: int, frame: object) -> None:
     """End the process cleanly: it stores the finished points of a path, even after a second signal."""
     signal.signal(number, signal.SIG_IGN)
-    raise Stopped(128 + number)
+    raise StopSignal(128 + number)
 
 
-class Stopped(SystemExit):
+class StopSignal(SystemExit):
     """A signal has asked this process to end."""
 
 

@@ -29,7 +29,7 @@ from continuum.sweeps.collect import collect
 from continuum.sweeps.columns import ColumnError, OwnColumn
 from continuum.sweeps.crossings import TrialError, done_before, solve_task
 from continuum.sweeps.sweep import begin, record
-from continuum.sweeps.workers import Stopped, TaskResult
+from continuum.sweeps.workers import StopSignal, TaskResult
 from tests.problems import SMALL
 
 SEEDS = '[sweep.axes]\n"surface.seed" = [3, 4]\n'
@@ -287,7 +287,7 @@ def test_however_a_function_ends_it_is_a_failure_of_its_column(
 
 class Stops:
     def __call__(self, result: Any) -> Any:
-        raise Stopped(143)
+        raise StopSignal(143)
 
 
 def test_a_column_is_that_of_the_modules_beside_it(copied: Path) -> None:
