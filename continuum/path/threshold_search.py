@@ -11,6 +11,7 @@ Where that does not end, as beside jumps, the area is searched for at each w, an
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -22,13 +23,15 @@ from continuum.path.aim import area_logarithm, coarser_problem, rough_slope, sam
 from continuum.path.area import find_area
 from continuum.path.crossing import Bracket
 from continuum.path.equilibrium import equilibrium, solver_of
-from continuum.path.state import Event, Outcome, PathState, Search, side_of
-from continuum.solve.solution import Settings
+from continuum.path.state import Control, Event, JumpSide, Outcome, PathState, Search, side_of
+from continuum.solve.solution import Settings, Status
 from continuum.solve.solver import Solver
 from continuum.theory.paper import snap_in_wavelength
 
 WallOfWork = Callable[[float], Wall]
 """The law of a given work of adhesion, in E* a0."""
+Kept = Callable[[tuple[Any, ...], Callable[[], list[Any]]], list[Any]]
+"""Function that returns what was found at the place of a trial, and calls the other one only where nothing is kept."""
 MOST_TOGETHER, MOST_SEARCHES = 12, 16
 """Trials of both unknowns on each grid, and of w alone where these did not end."""
 COARSER = 3.0
@@ -47,17 +50,26 @@ JUMP = 0.5
 """A change of ln r over the bracket by more is a jump of the state: ln r rises about as ln w, by the width."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class _Trial:
-    """A state under the law of one work of adhesion."""
+    """The numbers of a state under the law of one work of adhesion: all that the search goes on from, and is kept."""
 
-    problem: ContactProblem
-    state: PathState
-
-    @property
-    def work(self) -> float:
-        """The work of adhesion."""
-        return self.problem.wall.work_of_adhesion
+    control: Control
+    """What was given: a mean gap, or an area that was searched for."""
+    points: int
+    """Points of the grid."""
+    given: float
+    work: float
+    """The work of adhesion."""
+    side: JumpSide
+    """Its numbers, at the work of adhesion."""
+    load_rep: float
+    load_att: float
+    pairs: float
+    """FFT pairs of its grid."""
+    solves: int
+    status: str
+    """Name of its status."""
 
     @property
     def place(self) -> float:
@@ -67,10 +79,20 @@ class _Trial:
     @property
     def ratio(self) -> float:
         """ln(load_att/load_rep)."""
-        pull, push = self.state.load_att, self.state.load_rep
+        pull, push = self.load_att, self.load_rep
         if pull <= 0 or push <= 0:
             return FARTHEST if pull > push else -FARTHEST
         return float(np.clip(np.log(pull / push), -FARTHEST, FARTHEST))
+
+    @property
+    def jumped(self) -> bool:
+        """Whether the area is jumped over: the state is the one before."""
+        return self.status == Outcome.JUMPED_OVER.name
+
+    @property
+    def ok(self) -> bool:
+        """Whether it is an equilibrium at what was given."""
+        return self.status == Status.CONVERGED.name
 
 
 @dataclass(eq=False)
@@ -88,11 +110,10 @@ class _Trials:
     pairs: float = 0.0
     solves: int = 0
 
-    def pay(self, state: PathState, searches: bool = False) -> None:
-        """Count the work of a state."""
-        part = state.solution.gap.size / self.size
-        self.pairs += part * (state.solution.fft_pairs + (state.search_pairs if searches else 0.0))
-        self.solves += 1 + (state.search_solves if searches else 0)
+    def pay(self, trial: _Trial) -> None:
+        """Count the work of a trial."""
+        self.pairs += trial.pairs * trial.points / self.size
+        self.solves += trial.solves
 
     def add(self, trial: _Trial) -> None:
         """Take a trial at the area that is asked for; the last one on a side is that whose area is closest."""
@@ -122,6 +143,12 @@ class _Trials:
         return aim * 2.0**again
 
 
+def afresh(place: tuple[Any, ...], find: Callable[[], list[Any]]) -> list[Any]:
+    """Nothing is kept."""
+    del place
+    return find()
+
+
 def first_work(problem: ContactProblem) -> float:
     """Where the search begins: half of the energy of full contact, less where the range is as large as the heights."""
     energy = problem.elastic_energy(np.zeros(problem.grid.shape))
@@ -145,6 +172,7 @@ def bracket_threshold(
     width: float,
     solver: Solver | None = None,
     first: tuple[float, float] | None = None,
+    kept: Kept = afresh,
 ) -> tuple[ContactProblem, PathState]:
     """The state at a given area whose load is nearest to zero, and its contact, with the law of that work of adhesion.
 
@@ -156,6 +184,7 @@ def bracket_threshold(
     settings, search : of each state.
     width : of the bracket of the threshold, relative to it.
     first : mean gap and work of adhesion of an estimate, as of a state without adhesion; coarser grids are left out.
+    kept : answers with the numbers of a trial that was made before, or else of the one that it has made.
 
     Returns
     -------
@@ -167,12 +196,12 @@ def bracket_threshold(
     trials = _Trials(float(np.log1p(width)), problem.grid.size)
     work = first_work(problem) if first is None else first[1]
     most = _resolved(wall_of(work), problem, LEAST_RESOLVED)
-    place = _Place(problem, wall_of, area, settings, search, solver, trials, most)
+    place = _Place(problem, wall_of, area, settings, search, solver, trials, most, kept)
     together = place.together(*(place.coarsely(work) if first is None else first))
     if trials.closed:
-        return _found(trials, area)
+        return _found(place)
     if any(map(place.none_below, trials.ends)):
-        return _none(trials, area)
+        return _none(place)
     # The searches begin where the trials ended.
     return _searched(replace(place, trials=replace(trials, bracket=Bracket(), ends=())), together[1])
 
@@ -190,6 +219,47 @@ class _Place:
     trials: _Trials = field(repr=False)
     most: float = np.inf
     """Work of adhesion up to which the grid tells something of the load."""
+    kept: Kept = afresh
+    states: dict[_Trial, PathState] = field(default_factory=dict, repr=False)
+    """States of this process at the ends of the bracket."""
+
+    def trial(self, control: Control, given: float, work: float) -> _Trial:
+        """The trial at a mean gap, or at an area; it is made only if it was not before."""
+        made = list[PathState]()
+
+        def numbers() -> list[Any]:
+            made.append(state := self.state(control, given, work))
+            cost = state.solution.fft_pairs + state.search_pairs, state.search_solves + 1
+            side = side_of(state, state.work_of_adhesion)
+            return [*side, state.load_rep, state.load_att, *cost, state.status.name]
+
+        points = self.problem.grid.size
+        *side, load_rep, load_att, pairs, solves, status = self.kept((control, points, given, work), numbers)
+        trial = _Trial(control, points, given, work, JumpSide(*side), load_rep, load_att, pairs, solves, status)
+        self.trials.pay(trial)
+        # Of a state that is no end of the bracket the numbers do.
+        for other in self.states.keys() - set(self.trials.ends):
+            del self.states[other]
+        self.states.update((trial, state) for state in made)
+        return trial
+
+    def state(self, control: Control, given: float, work: float) -> PathState:
+        """The state from the undeformed surface, under the law of a work of adhesion."""
+        problem = self.at(work)
+        if control == "repulsive-area":
+            return find_area(problem, given, self.settings, self.search, (), "start", self.solver)
+        return equilibrium(problem, control, given, self.settings, None, "start", self.solver)
+
+    def at(self, work: float) -> ContactProblem:
+        """The contact under the law of a work of adhesion."""
+        return replace(self.problem, wall=self.wall_of(work))
+
+    def state_at(self, trial: _Trial, **changes: Any) -> tuple[ContactProblem, PathState]:
+        """The contact and the state of a trial, with what the search has taken."""
+        state = self.states.pop(trial, None) or self.state(trial.control, trial.given, trial.work)
+        pairs, solves = self.trials.pairs - state.solution.fft_pairs, self.trials.solves - 1
+        found = replace(state, control="repulsive-area", target=self.area, search_pairs=pairs, search_solves=solves)
+        return self.at(trial.work), replace(found, **changes)
 
     def coarsely(self, work: float) -> tuple[float, float]:
         """Mean gap and work at the threshold of the next coarser grid; a guess where there is none."""
@@ -226,20 +296,17 @@ class _Place:
         slopes = np.array([[slope, AREA_BY_WORK], [0.0, 1.0]])
         before: tuple[Real, Real] | None = None
         for _ in range(MOST_TOGETHER):
-            problem = replace(self.problem, wall=self.wall_of(float(np.exp(here[1]))))
-            state = equilibrium(problem, "mean-gap", float(here[0]), self.settings, None, "start", self.solver)
-            self.trials.pay(state)
-            if not state.status.ok:
+            trial = self.trial("mean-gap", float(here[0]), float(np.exp(here[1])))
+            if not trial.ok:
                 break
-            trial = _Trial(problem, state)
-            if self._at_area(state):
+            if self._at_area(trial):
                 self.trials.add(trial)
                 if self.trials.closed or self.none_below(trial):
                     break
                 if not bracketed and (apart or abs(trial.ratio) <= self.trials.width):
                     break
             size = self.problem.grid.size
-            left = area_logarithm(self.area, size) - area_logarithm(state.area_rep, size)
+            left = area_logarithm(self.area, size) - area_logarithm(trial.side.area_rep, size)
             off = np.array([-left, trial.ratio - (self.trials.aim(trial.ratio) if bracketed else 0.0)])
             if abs(trial.ratio) == FARTHEST:
                 # Nothing touches, or nothing pulls: only the area, or the work, says where to go.
@@ -265,9 +332,9 @@ class _Place:
         """Whether the surface does not pull yet at the largest work."""
         return trial.ratio <= 0 and trial.work >= self.most * (1 - 1e-9)
 
-    def _at_area(self, state: PathState) -> bool:
+    def _at_area(self, trial: _Trial) -> bool:
         allowed = max(self.search.area_tolerance * min(self.area, 1 - self.area), 0.5 / self.problem.grid.size)
-        return abs(state.area_rep - self.area) <= allowed
+        return abs(trial.side.area_rep - self.area) <= allowed
 
 
 def _updated(slopes: Real, moved: Real, changed: Real, slope: float) -> Real:
@@ -286,42 +353,32 @@ def _searched(place: _Place, work: float) -> tuple[ContactProblem, PathState]:
     """The threshold by a search for the area at each work."""
     trials, guess = place.trials, work
     for _ in range(MOST_SEARCHES):
-        problem = replace(place.problem, wall=place.wall_of(min(guess, place.most)))
-        state = find_area(problem, place.area, place.settings, place.search, (), "start", place.solver)
-        trials.pay(state, searches=True)
-        if not (state.status.ok or state.outcome is Outcome.JUMPED_OVER):
-            return problem, _with_work(state, trials)
-        trial = _Trial(problem, state)
+        trial = place.trial("repulsive-area", place.area, min(guess, place.most))
+        if not (trial.ok or trial.jumped):
+            return place.state_at(trial)
         trials.add(trial)
         if trials.closed:
-            return _found(trials, place.area)
+            return _found(place)
         if place.none_below(trial):
             break
         # By the secant of both ends; with one of them by ln r, which rises as ln w.
         between = trials.between()
         guess = float(np.exp(trial.place - trial.ratio + trials.aim(trial.ratio) if between is None else between))
-    return _none(trials, place.area)
+    return _none(place)
 
 
-def _none(trials: _Trials, area: float) -> tuple[ContactProblem, PathState]:
+def _none(place: _Place) -> tuple[ContactProblem, PathState]:
     """The last state below the threshold, or else above, and that there is none."""
-    last = min(trials.ends, key=lambda trial: trial.ratio)
-    found = replace(last.state, control="repulsive-area", target=area, outcome=Outcome.NO_THRESHOLD)
-    return last.problem, _with_work(found, trials)
+    return place.state_at(min(place.trials.ends, key=lambda trial: trial.ratio), outcome=Outcome.NO_THRESHOLD)
 
 
-def _with_work(state: PathState, trials: _Trials) -> PathState:
-    return replace(state, search_pairs=trials.pairs - state.solution.fft_pairs, search_solves=trials.solves - 1)
-
-
-def _found(trials: _Trials, area: float) -> tuple[ContactProblem, PathState]:
-    below, above = sorted(trials.ends, key=lambda trial: trial.ratio)
-    nearest = min(below, above, key=lambda trial: (trial.state.outcome is not None, abs(trial.ratio)))
-    jumped = above.ratio - below.ratio > JUMP or above.state.outcome is not None
-    sides = (side_of(trial.state, trial.work) for trial in (below, above))
-    found = Event("jump-in" if jumped else "threshold", "work-of-adhesion", "start", *sides)
-    at = replace(nearest.state, control="repulsive-area", target=area, events=(found,))
-    return nearest.problem, _with_work(at, trials)
+def _found(place: _Place) -> tuple[ContactProblem, PathState]:
+    """The state of the smaller load at the ends of the bracket, with that as its event."""
+    below, above = sorted(place.trials.ends, key=lambda trial: trial.ratio)
+    nearest = min(below, above, key=lambda trial: (trial.jumped, abs(trial.ratio)))
+    jumps = above.ratio - below.ratio > JUMP or above.jumped
+    found = Event("jump-in" if jumps else "threshold", "work-of-adhesion", "start", below.side, above.side)
+    return place.state_at(nearest, events=(found,))
 
 
 def laws_of(wall: WallOfWork, problem: ContactProblem) -> WallOfWork:

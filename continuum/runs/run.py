@@ -24,12 +24,13 @@ from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
 from continuum.path.state import Branch, Outcome, PathState, gone
-from continuum.path.threshold_search import bracket_threshold
+from continuum.path.threshold_search import afresh, bracket_threshold
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.growth import Growth, as_begun, contact_identity, growth_of, stored_state
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
+from continuum.runs.trials import KeptTrials
 from continuum.solve.backend import back_end
 from continuum.solve.solver import Solver
 
@@ -86,7 +87,16 @@ def follow_run(
         # Read again, now that no other process writes it.
         record, _ = _stored(system, path, key, growth, added, force=force)
         resumed = len(record.points)
-        _follow(system, record, growth, partial(_write, system, path, key, resumed, added), every, progress)
+        trials = KeptTrials(path.with_suffix(".trials.json"), key, every)
+        if force:
+            trials.drop()
+        try:
+            write = partial(_write, system, path, key, resumed, added)
+            _follow(system, record, growth, write, every, progress, trials)
+        except BaseException:
+            trials.save()
+            raise
+        trials.drop()
     return replace(Result.read(path), resumed=resumed, seconds=time.perf_counter() - start)
 
 
@@ -97,13 +107,14 @@ def _follow(
     write: Callable[[Record], None],
     every: float,
     progress: Progress | None,
+    trials: KeptTrials,
 ) -> None:
     """Compute the remaining points and write all; an interruption loses none that can be written."""
     total, since = system.config.loading.points, time.perf_counter()
     written, unwritten = since, None
     solver = solver_of(system.problem, system.settings)
     try:
-        for problem, state in states_of(system, record, solver, growth):
+        for problem, state in states_of(system, record, solver, growth, trials):
             record.append(problem, state, solver)
             record.seconds.append((state.solution.seconds, time.perf_counter() - since))
             done = len(record.points)
@@ -125,17 +136,21 @@ def _follow(
 
 
 def states_of(
-    system: RunSetup, record: Record, solver: Solver, growth: Growth | None = None
+    system: RunSetup,
+    record: Record,
+    solver: Solver,
+    growth: Growth | None = None,
+    trials: KeptTrials | None = None,
 ) -> Iterator[tuple[ContactProblem, PathState]]:
-    """The remaining points of the path, each with its contact."""
+    """The remaining points of the path, each with its contact; a search for a threshold goes on from its trials."""
     loading, done = system.config.loading, len(record.points)
     if loading.threshold is not None:
         for _, targets, search in loading.stretches:
             for area in targets[done:]:
-                at_work = system.config.wall.at_work
                 yield bracket_threshold(
-                    system.problem, at_work, area, system.settings, search, loading.threshold, solver
-                )
+                    system.problem, system.config.wall.at_work, area, system.settings, search, loading.threshold,
+                    solver, kept=afresh if trials is None else partial(trials.at, area),
+                )  # fmt: skip
             done = max(0, done - len(targets))
         return
     for control, targets, search in loading.stretches:

@@ -14,13 +14,14 @@ from continuum.files.toml import text_of
 from continuum.path.crossing import Bracket
 from continuum.path.state import JumpSide, Outcome
 from continuum.runs.result import Result
+from continuum.runs.trials import save_trials
 from continuum.sheet import Column, Sheet
 from continuum.sweeps.axes import System, label_of
 from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.columns import OwnColumn, columns_of
 from continuum.sweeps.folder import Folder, names
 from continuum.sweeps.measured import SystemTable, numbers_of
-from continuum.sweeps.sweep import SweepListing, SystemTask, read_trials, save_trials, solve_system
+from continuum.sweeps.sweep import SweepListing, SystemTask, solve_system, tried
 
 Numbers = Callable[[str], SystemTable | None]
 """Function that returns the numbers of a system by its identity; None if there are none, or columns are missing."""
@@ -94,7 +95,7 @@ def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
 
     def next_value() -> float | None:
         value = search.follow(column_at).next
-        save_trials(task.path, {v: p.key for v, p in trials.items() if v not in (search.first, search.last)})
+        save_trials(task.path, ((v, p.key) for v, p in trials.items() if v not in (search.first, search.last)))
         return value
 
     with output.reserved(output.folder(folder.searches) / task.path.stem):
@@ -118,7 +119,7 @@ def done_before(root: Path) -> Callable[[Any], bool]:
     def is_done(task: SystemTask) -> bool:
         if (search := task.bisection) is None:
             return task.path.stem in there and len(columns_of(folder, task.plan.key, task.columns)) == len(task.columns)
-        keys = {search.first: task.plan.key, search.last: task.upper, **read_trials(task.path)}
+        keys = {search.first: task.plan.key, search.last: task.upper, **tried(task.path)}
         try:
             return _bracket(search, folder, keys, _on_disk(folder, task.columns)).next is None
         except StoreError:

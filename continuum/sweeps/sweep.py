@@ -21,6 +21,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.growth import Growth, growths
 from continuum.runs.run import follow_run
+from continuum.runs.trials import read_trials
 from continuum.sweeps.axes import Axis, Sweep, System, label_of
 from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.columns import OwnColumn, add_columns, require_functions
@@ -273,16 +274,11 @@ def _search_task(folder: Folder, search: Bisection, of: SweepSearch, columns: tu
     return SystemTask(path, label, cost, memory, plan=lower, bisection=search, upper=upper.key, columns=columns)
 
 
-def save_trials(path: Path, trials: Mapping[float, str]) -> None:
-    """Write the trials of a search between its ends, by the value of its key."""
-    _save_once(path, json.dumps({"schema": "stickiness/search", "trials": list(trials.items())}) + "\n")
-
-
-def read_trials(path: Path) -> dict[float, str]:
-    """Read the file of :func:`save_trials`; empty if it cannot be read, as the search writes it again."""
+def tried(path: Path) -> dict[float, str]:
+    """The trials of a search between its ends, by the value of its key; empty if its file cannot be read."""
     try:
-        return {float(value): str(key) for value, key in json.loads(path.read_text())["trials"]}
-    except (OSError, ValueError, KeyError, TypeError):
+        return {float(value): str(key) for value, key in read_trials(path)}
+    except (ValueError, TypeError):
         return {}
 
 
@@ -298,7 +294,7 @@ def _with_trials(folder: Folder, listing: SweepListing) -> SweepListing:
         cost, memory = max(lower.cost, upper.cost), max(lower.memory, upper.memory)
         between = (
             System(key, {**lower.settings, search.key: value}, cost, memory)
-            for value, key in sorted(read_trials(folder.search(name)).items())
+            for value, key in sorted(tried(folder.search(name)).items())
         )
         searches.append(SweepSearch(name, (lower, *between, upper)))
     systems = tuple(system for each in searches for system in each.systems)

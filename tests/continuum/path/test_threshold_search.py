@@ -23,16 +23,19 @@ from continuum.model.walls import Wall
 from continuum.model.walls.attraction import Shape
 from continuum.path import threshold_search
 from continuum.path.equilibrium import equilibrium
-from continuum.path.state import Outcome, PathState, Search
+from continuum.path.state import Control, Outcome, PathState, Search
 from continuum.path.threshold_search import WallOfWork
 from continuum.runs.build import build
 from continuum.runs.config import RunConfig
 from continuum.runs.growth import contact_identity
+from continuum.runs.run import follow_run
 from continuum.solve.solution import Settings
 from continuum.theory.paper import snap_in_wavelength
 from tests.kinds import covering
 from tests.problems import SMALL
+from tests.stored import same
 
+AREA = {"control": "repulsive-area", "targets": [0.05], "threshold": 0.02, "area_tolerance": 0.05}
 GRID = c.Grid((60, 72), (60.0, 72.0))
 
 
@@ -194,6 +197,38 @@ def test_the_command_names_what_was_given_and_no_key_of_its_own(given, named, tm
     assert "loading.threshold" not in said
     assert "loading.targets" not in said
     assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize("stopped", [1, 4, 6])
+def test_a_search_that_is_stopped_goes_on_from_its_trials_to_the_same_bits(
+    stopped: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before its first area is found, too: what was solved is not solved again, but for the state that is stored."""
+    config = load({**tomllib.loads(SMALL), "loading": AREA}, RunConfig)
+    tried = list[tuple[float, float]]()
+
+    def watched(problem: ContactProblem, control: Control, target: float, *given: Any) -> PathState:
+        if len(tried) == most:
+            raise KeyboardInterrupt
+        tried.append((target, problem.wall.work_of_adhesion))
+        return equilibrium(problem, control, target, *given)
+
+    monkeypatch.setattr(threshold_search, "equilibrium", watched)
+    most = 100
+    follow_run(config, tmp_path / "alone.h5")
+    alone, most = list(tried), stopped
+    assert len(alone) > stopped
+    tried.clear()
+    with pytest.raises(KeyboardInterrupt):
+        follow_run(config, tmp_path / "run.h5")
+    assert tried == alone[:stopped]
+    tried.clear()
+    most = 100
+    follow_run(config, tmp_path / "run.h5")
+    assert tried[: len(alone) - stopped] == alone[stopped:]
+    assert len(tried) <= len(alone) - stopped + 1
+    same(tmp_path / "run.h5", tmp_path / "alone.h5")
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["alone.h5", "run.h5"]
 
 
 # --- ranges that a grid hardly resolves ----------------------------------------------------------------------
