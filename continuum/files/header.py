@@ -13,24 +13,42 @@ import numpy as np
 from continuum import units
 from continuum.model.fourier import Real
 
-_REAL = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
+_REAL = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eEdD][+-]?\d+)?"
 _UNIT = re.compile(r"(?:[\[(/]|\bin\b)\s*([A-Za-zµμÅ]+)\s*[\])]?")
 """A unit beside a name: x [um], Height (nm), z/nm, x in µm."""
 _OF_HEIGHTS = re.compile(r"\b(?:heights?|values?|z)\s*(?:[\[(/]|\bin\b)\s*([A-Za-zµμÅ]+)", re.IGNORECASE)
 _AXIS = r"(?:scan)?(?:{0}(?:scan)?(?:length|size|range|extent)|(?:length|size|range|extent){0}|{1})"
 _KEYS = {
-    "x": re.compile(_AXIS.format("x", "width")),
-    "y": re.compile(_AXIS.format("y", "height")),
+    # Gwyddion writes in the language of its user.
+    "x": re.compile(_AXIS.format("x", "width|breite|largeur|šířka|larghezza|ширина|anchura|ancho|largura|폭|幅")),
+    "y": re.compile(_AXIS.format("y", "height|höhe|hauteur|výška|altezza|высота|altura|높이|高さ")),
     "both": re.compile(r"scansize|imagesize|scanrange|fieldofview|size"),
     "pixel": re.compile(r"pixelsize|cellsize|spacing"),
     "x unit": re.compile(r"(?:xy|x|lateral)units?|unitx"),
-    "unit": re.compile(r"(?:values?|z|heights?|data)units?|unit(?:z|data)"),
+    "unit": re.compile(
+        r"(?:values?|z|heights?|data)units?|unit(?:z|data)|(?:wert(?:e|en)?|z|höhen)einheit(?:en)?|einheit(?:en)?(?:derwerte)?"
+        r"|unités(?:de(?:s)?valeurs?)?|jednotkyhodnot|unitàvalor[ei]|unitàdimisura|единицыизмерения|единицызначений"
+        r"|unidades(?:delvalor|devalor)?|값단위|値の単位"
+    ),
     "void": re.compile(r"nodata(?:value)?|fillvalue|missingvalue"),
 }
 """What keys mean, written small and without blanks, dashes and units."""
+_NAMED = {
+    "x": re.compile(
+        r"x(?:pos(?:ition)?|coord(?:inate)?|axis)?|lateral(?:position)?|(?:scan)?(?:distance|position|length)"
+    ),
+    "y": re.compile(r"y(?:pos(?:ition)?|coord(?:inate)?|axis)?"),
+    "z": re.compile(r"z(?:pos(?:ition)?|coord(?:inate)?|axis)?|h|heights?|topography|(?:total|raw)?profile|elevation"),
+}
+"""Names of columns, written small and without blanks, dashes and units."""
 _SPELLED = {"micron": "um", "micrometer": "um", "micrometre": "um", "mum": "um", "nanometer": "nm", "nanometre": "nm",
             "angstrom": "A", "ang": "A", "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm",
             "picometer": "pm", "picometre": "pm"}  # fmt: skip
+_NO_LENGTH = frozenset({
+    "v", "mv", "uv", "µv", "na", "pa", "s", "ms", "us", "µs", "hz", "khz", "n", "nn", "un", "µn", "pn", "deg", "rad",
+    "°", "%", "counts", "cts", "arb", "arb.u.", "a.u.", "kpa", "mpa", "gpa", "k", "°c", "db", "grey", "gray",
+})  # fmt: skip
+"""Other units in a row of units, in lower case."""
 _NO_UNIT = frozenset({"", "1", "a0", "px", "pixel", "pixels", "points", "pts", "samples", "dimensionless"})
 """The unit of numbers that come without one, and of results of this program, in a0."""
 
@@ -62,12 +80,46 @@ def _known(name: str) -> float | None:
         return None
 
 
-def units_in(header: Sequence[str], columns: int) -> tuple[float, ...]:
-    """Units of length of columns of positions and heights, in m, from the last line that has one for each."""
-    for line in reversed(header):
+def units_in(header: Sequence[str], fields: Sequence[Sequence[str]], used: Sequence[int]) -> tuple[float, ...]:
+    """Units of length of columns of positions and heights, in m, from the last line that has one for each.
+
+    Parameters
+    ----------
+    header, fields : the lines before the numbers, whole and as the fields of each.
+    used : the columns.
+
+    Raises ValueError if a row of units has another one than of length for a column that is used.
+    """
+    for line, row in zip(reversed(header), reversed(fields), strict=True):
+        if units_of_row := _row_of_units(row, used):
+            return units_of_row
         found = [unit for name in _UNIT.findall(line) if (unit := _known(name)) is not None]
-        if len(found) == columns:
-            return tuple(found)
+        if len(found) > max(used) or len(found) == len(used):
+            return tuple(found[i] for i in used) if len(found) > max(used) else tuple(found)
+    return ()
+
+
+def _row_of_units(row: Sequence[str], used: Sequence[int]) -> tuple[float, ...]:
+    """Units of the columns that are used, in m, if each field of a row is a unit; whatever the columns are called."""
+    plain = [field.strip(" []()\"'") for field in row]
+    if len(plain) <= max(used) or not all(
+        _known(name) is not None or name.lower() in _NO_LENGTH or (name == "" and i not in used)
+        for i, name in enumerate(plain)
+    ):
+        return ()
+    for i in used:
+        if _known(plain[i]) is None:
+            raise ValueError(f"column {i + 1} is in {plain[i]!r}, which is no unit of length")
+    return tuple(unit_of(plain[i]) or np.nan for i in used)
+
+
+def column_kinds(fields: Sequence[Sequence[str]], columns: int) -> tuple[str, ...]:
+    """What each of so many columns holds by its name: "x", "y", "z" or nothing; empty where no line names them all."""
+    for row in reversed(fields):
+        plain = [re.sub(r"[\[(/].*|\bin\b.*|_?(?:nm|um|µm|mm)$|[\s_\"'-]", "", field.lower()) for field in row]
+        kinds = [next((kind for kind, names in _NAMED.items() if names.fullmatch(name)), "") for name in plain]
+        if len(row) == columns and any(kinds):
+            return tuple(kinds)
     return ()
 
 
@@ -103,7 +155,11 @@ def _lengths(text: str, lateral: str, read: Callable[[str], float | None]) -> tu
     parts = re.findall(rf"({_REAL})\s*((?!x\s*[\d.])[A-Za-zµμÅ]*)", text)
     names = [name for _, name in parts if name] or [lateral]
     sizes = [read(name or names[-1]) for _, name in parts]
-    lengths = [float(number.replace(",", ".")) * size for (number, _), size in zip(parts, sizes, strict=True) if size]
+    lengths = [
+        float(re.sub("[dD]", "e", number.replace(",", "."))) * size
+        for (number, _), size in zip(parts, sizes, strict=True)
+        if size
+    ]
     return tuple(lengths) if len(lengths) == len(parts) and all(length > 0 for length in lengths) else ()
 
 

@@ -4,21 +4,23 @@ The first index of heights is that of x.  A matrix of text is written line by li
 and SurfaceTopography write it; binary arrays have the order of their indices, unless their axes have names.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from continuum.files.hdf5 import StoreError, only_array, read_dataset
-from continuum.files.header import decoded, said_by, unit_in, units_in
+from continuum.files.hdf5 import RawAxis, RawDataset, StoreError, only_array, read_dataset
+from continuum.files.header import column_kinds, decoded, said_by, unit_in, units_in
 from continuum.files.text import Text, read_text
 from continuum.model.fourier import Real
 
 HDF5_SUFFIXES = frozenset({".h5", ".hdf5", ".hdf", ".nc"})
 FEWEST = 16
 """Smallest number of points of a map in each direction: two or three columns are never a map of heights."""
+NO_HEIGHT = 1e25
+"""Larger numbers are no heights in any unit: instruments write the largest single or double for a missing one."""
 _FAR = 10.0
 """A repeated value this many times as far from the others as these lie apart is asked for: heights have no such gap."""
 _STANDS_FOR_NOTHING = frozenset(
@@ -114,11 +116,10 @@ def of_array(values: Real, source: str, shape: tuple[int, ...] | None = None, of
     return RawMap(values.ravel() if single else values, source, of=of)
 
 
-def _placed(values: Real, source: str, header: Sequence[str] = (), of: str = "the file") -> RawMap:
-    """The map of columns of positions and heights, with their units in a header."""
-    named = units_in(header, values.shape[1])
+def _placed(values: Real, source: str, named: Sequence[float] = (), of: str = "the file") -> RawMap:
+    """The map of columns of positions and heights, with their units in m if these are known."""
     if len(set(named[:-1])) > 1:
-        raise ValueError(f"{source}: x and y in two units: {header[-1]!r}")
+        raise ValueError(f"{source}: x and y in two units")
     try:
         heights, extent, steps = line_of(*values.T) if values.shape[1] == 2 else grid_of(*values.T)
     except ValueError as error:
@@ -131,11 +132,17 @@ def _of_text(text: Text, source: str, shape: tuple[int, int] | None) -> RawMap:
     """The map of a text: columns of positions and heights, or lines along x."""
     rows = text.rows
     steps = (*text.steps, *(f"header left out: {line!r}" for line in text.header[-1:]))
-    of_columns = rows.shape[1] in (2, 3) and rows.shape[0] >= FEWEST and rows.T.shape != shape
     said = said_by(text.header)
-    if of_columns:
-        rows = np.column_stack([rows[:, :-1], without_voids(rows[:, -1], said.voids)])
-        found = _placed(rows, source, text.header)
+    used = _columns(rows, column_kinds(text.fields, rows.shape[1])) if rows.T.shape != shape else ()
+    if used:
+        try:
+            named = units_in(text.header, text.fields, used)
+        except ValueError as error:
+            raise ValueError(f"{source}: {error}") from error
+        if len(used) < rows.shape[1]:
+            steps += (f"columns {' '.join(str(i + 1) for i in used)} of {rows.shape[1]} used, positions and heights",)
+        rows = np.column_stack([rows[:, used[:-1]], without_voids(rows[:, used[-1]], said.voids)])
+        found = _placed(rows, source, named)
         return found._replace(steps=(*steps, *found.steps))
     try:
         heights, extent = _of_axes(without_voids(rows.T, said.voids), (text.columns, text.lines))
@@ -146,6 +153,37 @@ def _of_text(text: Text, source: str, shape: tuple[int, int] | None) -> RawMap:
         heights, size, extent = heights.ravel(), size[:1] if size else None, None
     unread = (size is None or said.unit is None) and any(mark in line for line in text.header for mark in ":=")
     return RawMap(heights, source, size, said.unit, steps=steps if rows.size else (), extent=extent, unread=unread)
+
+
+def _columns(rows: Real, kinds: Sequence[str]) -> tuple[int, ...]:
+    """The columns of positions and of heights in a table, by their names or their number; none of a matrix of heights.
+
+    A table of more columns than two or three is one of positions where their names say so, or the first two lie on a
+    grid; the heights are then the third, or the first that is called so.
+    """
+    lines, count = rows.shape
+    if lines < FEWEST or count < 2:
+        return ()
+    if count >= FEWEST:
+        return ()
+    along = tuple(kinds.index(name) for name in "xy" if name in kinds)
+    if len(along) < 2 and count > 2 and _on_grid(rows[:, 0], rows[:, 1]):
+        along = (0, 1)
+    if along and (len(along) == 2 or "z" in kinds):
+        rest = [i for i in range(count) if i not in along]
+        named = [i for i in rest if kinds and kinds[i] == "z"]
+        return (*along, *(named or rest)[:1])
+    return tuple(range(count)) if count <= 3 else ()
+
+
+def _on_grid(x: Real, y: Real) -> bool:
+    """Whether positions fill most of a grid of two directions."""
+    try:
+        (i, _), (j, _) = places_of(x, "x"), places_of(y, "y")
+    except ValueError:
+        return False
+    size = (int(i.max()) + 1) * (int(j.max()) + 1)
+    return min(i.max(), j.max()) > 0 and size <= 2 * x.size and np.unique(i * (int(j.max()) + 1) + j).size == x.size
 
 
 def without_voids(heights: Real, voids: Sequence[float]) -> Real:
@@ -173,19 +211,51 @@ def _of_dataset(path: Path, name: str | None, shape: tuple[int, int] | None) -> 
     taken = name or only_array(path)
     steps: tuple[str, ...] = () if name else (f"dataset {taken!r} taken, the only one",)
     data = read_dataset(path, taken, lambda found: _may_be(path, found, shape))
-    found = of_array(decoded(data.values, data.attributes), path.name, shape)
     try:
-        unit = unit_in(data.attributes)
-        axis_units = [unit_in(axis.attributes) for axis in data.axes]
+        found = of_data(data, path.name, shape)
     except ValueError as error:
         raise ValueError(f"{path}: dataset {taken!r}: {error}") from error
+    return found._replace(steps=(*steps, *found.steps))
+
+
+def data_of(values: Real, value: Any) -> RawDataset:
+    """An array in memory with what it says of itself, as xarray, pandas, h5py, netCDF4, pint and Astropy do.
+
+    Parameters
+    ----------
+    values : its numbers.
+    value : the array: its ``attrs``, or ``units`` or ``unit``, and ``dims`` with ``coords``, are looked at.
+    """
+    said = getattr(value, "attrs", None)
+    attributes = dict(said) if isinstance(said, Mapping) else {}
+    unit = getattr(value, "units", None) or getattr(value, "unit", None)
+    if unit is not None and not any(key.lower() in ("units", "unit") for key in map(str, attributes)):
+        attributes["units"] = str(unit)
+    dims, coordinates = getattr(value, "dims", ()), getattr(value, "coords", {})
+    if not (isinstance(dims, tuple) and all(isinstance(name, str) for name in dims)):
+        return RawDataset(values, attributes, ())
+    axes = []
+    for name in dims:
+        one = coordinates.get(name)
+        known = one is not None and one.ndim == 1 and np.asarray(one).dtype.kind in "iuf"
+        positions = np.asarray(one, dtype=np.float64) if known else None
+        axes.append(RawAxis(name, positions, dict(one.attrs) if one is not None else {}))
+    return RawDataset(values, attributes, tuple(axes))
+
+
+def of_data(data: RawDataset, source: str, shape: tuple[int, int] | None = None, of: str = "the file") -> RawMap:
+    """The map of an array with attributes and axes; raises ValueError for a unit that is no length."""
+    found = of_array(decoded(data.values, data.attributes), source, shape, of)
+    steps: tuple[str, ...] = ()
+    unit = unit_in(data.attributes)
+    axis_units = [unit_in(axis.attributes) for axis in data.axes]
     names = [axis.name.lower() for axis in data.axes]
     positions, heights = [axis.values for axis in data.axes], found.heights
     if names == ["y", "x"] and heights.ndim == 2:
         heights, positions, axis_units = heights.T, positions[::-1], axis_units[::-1]
         steps += ("turned, as its axes are y and x",)
     extent = found.extent
-    if heights.ndim == 2 and all(one is not None for one in positions):
+    if heights.ndim == 2 and positions and all(one is not None for one in positions):
         heights, extent = _of_axes(heights, positions)
     known = [one for one in axis_units if one is not None]
     size = (

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from continuum.files.header import column_kinds
 from continuum.model.fourier import Real
 
 _MARKS = (
@@ -26,6 +27,8 @@ _BINARY = re.compile(rb"[\0-\x08\x0e-\x19\x1b-\x1f]")
 _THIN = "'’\u00a0\u2009\u202f"
 """Marks of thousands that are no decimal marks."""
 _NUMBER = re.compile(rf"[+-]?[.,]?\d[\d.,{_THIN}]*(?:[eE][+-]?\d+)?")
+_FORTRAN = re.compile(r"(?<![\w.,])([+-]?(?:\d+[.,]?\d*|[.,]\d+))[dD]([+-]?\d{1,3})(?![\w.,])")
+"""A number of double precision as Fortran writes it, 1.5D-03."""
 _VOID = re.compile(
     r"[^\w\s]*|[+-]?nan(?:\(\w*\))?|[+-]?inf(?:inity)?|[+-]?1[.,]#\w+|#?n[./]?a\.?|#(?:div/0|value|num|ref|null|name)[!?]"
     r"|bad|null|none|nil|void|missing|invalid|masked|undef(?:ined)?|no[ _-]?(?:data|value)",
@@ -60,6 +63,8 @@ class Text(NamedTuple):
     steps: tuple[str, ...] = ()
     columns: Real | None = None
     lines: Real | None = None
+    fields: tuple[tuple[str, ...], ...] = ()
+    """The lines of the header, each split as the numbers are."""
 
 
 def read_text(path: Path) -> Text:
@@ -98,6 +103,8 @@ def _table(text: str, steps: tuple[str, ...]) -> Text:
     text = text.rstrip("\x1a")  # the end of a file in DOS
     original = text.replace("\u2212", "-").replace("\r\n", "\n").replace("\r", "\n").split("\n")
     lines = [_COMMENT.sub("", line) if "#" in line else line for line in original]
+    if _FORTRAN.search(text):
+        lines = [_FORTRAN.sub(r"\1E\2", line) for line in lines]
     first = next((i for i, line in enumerate(lines) if _is_row(line)), len(lines))
     header = tuple(word for line in original[:first] if (word := line.strip().lstrip("#").strip()))
     if first == len(lines):
@@ -262,12 +269,14 @@ def _even(values: Real) -> bool:
 
 def _labelled(table: Real, header: tuple[str, ...], steps: tuple[str, ...], dialect: _Dialect) -> Text:
     """Take labels off the rows and columns: a count, or positions at equal steps."""
-    names, width = [name.strip('" ') for name in dialect.fields(header[-1])] if header else [""], table.shape[1]
-    names = names[:width] if not any(names[width:]) else names
+    width = table.shape[1]
+    fields = tuple(_fields(line, dialect, width) for line in header)
+    names = fields[-1] if fields else ("",)
     if width > 1 and len(names) == width and names[0].lower() == "index":
-        return Text(table[:, 1:], header, (*steps, "a column that counts the rows left out"))
-    if width < _FEW:
-        return Text(table, header, steps)
+        plain = tuple(row[1:] if len(row) == width else row for row in fields)
+        return Text(table[:, 1:], header, (*steps, "a column that counts the rows left out"), fields=plain)
+    if width < _FEW or {"x", "z"} <= {*column_kinds(fields, width)}:
+        return Text(table, header, steps, fields=fields)
     columns = lines = None
     if len(names) == width and all(map(_is_float, names[1:])):
         if not (_even(table[:, 0]) and _even(np.array(names[1:], dtype=np.float64))):
@@ -281,5 +290,15 @@ def _labelled(table: Real, header: tuple[str, ...], steps: tuple[str, ...], dial
         if other and (one or _even(table[:, 0])):
             lines, table = table[:, 0], table[:, 1:]
             columns = None if columns is None else columns[1:]
+    fields = fields if table.shape[1] == width else ()
     named = [name for name, labels in (("row", columns), ("column", lines)) if labels is not None]
-    return Text(table, header, (*steps, *(f"a {name} of labels left out" for name in named)), columns, lines)
+    return Text(table, header, (*steps, *(f"a {name} of labels left out" for name in named)), columns, lines, fields)
+
+
+def _fields(line: str, dialect: _Dialect, width: int) -> tuple[str, ...]:
+    """The fields of a line of words, without empty ones beyond those of the numbers; the line itself if it has none."""
+    try:
+        found = tuple(field.strip('" ') for field in dialect.fields(line))
+    except (csv.Error, StopIteration):
+        return (line,)
+    return found[:width] if not any(found[width:]) else found

@@ -3,16 +3,14 @@
 It is an extra: ``pip install 'stickiness[topography]'``.  A file that cannot be read raises TopographyError.
 """
 
-import re
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from importlib import util
-from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +18,10 @@ from continuum import units
 from continuum.arguments import file_name
 from continuum.files.maps import RawMap, evenly_spaced
 from continuum.topography.map import TopographyError
+from continuum.topography.older_forms import understood_form
 
 ALL = "all"
 """Stands for all measurements of a container, joined, in place of the name of a part."""
-_SDF = re.compile(rb"[ab](?!ISO-1\.0)\w{3}-(?:V|\d)[\w.]*")
-"""The first word of a surface data file in another version than that of ISO 25178-71."""
 
 
 def measurements(path: Path) -> tuple[str, ...]:
@@ -78,23 +75,11 @@ def is_known(path: Path) -> bool:
         from SurfaceTopography.IO import detect_format
 
         try:
-            return is_container(path) or detect_format(_source(path)) not in ("asc", "xyz", "matrix", "h5")
+            return is_container(path) or detect_format(understood_form(path)) not in ("asc", "xyz", "matrix", "h5")
         except TopographyError:
             raise
         except Exception:  # readers of vendors' formats may raise anything
             return False
-
-
-def _source(path: Path) -> str | BinaryIO:
-    """What SurfaceTopography reads: the file, or a surface data file of NPL's version as one of the ISO's."""
-    with path.open("rb") as file:
-        version = _SDF.match(file.read(16))
-        if version is None:
-            return str(path)
-        if version[0] != b"aNPL-V1.0":
-            raise TopographyError(f"{path}: a surface data file of the unknown version {version[0].decode()}")
-        file.seek(0)
-        return BytesIO(file.read().replace(version[0], b"aISO-1.0", 1))
 
 
 def is_container(path: Path) -> bool:
@@ -114,7 +99,7 @@ def _maps(path: Path, stack: ExitStack) -> dict[str, Callable[[], RawMap]]:
         return {name: partial(_values, path, name, member) for name, member in zip(names, members, strict=True)}
     from SurfaceTopography import open_topography
 
-    reader = open_topography(_source(path))
+    reader = open_topography(understood_form(path))
     stack.callback(reader.close)
     return {c.channel_id: partial(_load, path, reader, c) for c in reader.height_channels}
 

@@ -17,7 +17,16 @@ from numpy.typing import ArrayLike
 
 from continuum import possible, units
 from continuum.arguments import ArgumentError, file_name, flag, number, pair
-from continuum.files.maps import HDF5_SUFFIXES, RawMap, of_array, read_map, stands_for_nothing, without_voids
+from continuum.files.maps import (
+    HDF5_SUFFIXES,
+    NO_HEIGHT,
+    RawMap,
+    data_of,
+    of_data,
+    read_map,
+    stands_for_nothing,
+    without_voids,
+)
 from continuum.files.text import NoTableError
 from continuum.model.fourier import Real
 from continuum.topography.instruments import ALL, from_instrument, is_container, is_known, measurements
@@ -76,7 +85,7 @@ def read_topography(
     if not isinstance(heights, str | os.PathLike):
         _whole_array(source, dataset=dataset, part=part)
         with as_fault():
-            found = of_array(heights_of("heights", heights), source, of="an array")
+            found = of_data(data_of(heights_of("heights", heights), heights), source, of="the array")
     else:
         path = file_name("heights", heights)
         if not path.is_file():
@@ -128,6 +137,12 @@ def _measured(found: RawMap, void: Sequence[float]) -> RawMap:
     gone = np.count_nonzero(np.isnan(heights)) - np.count_nonzero(np.isnan(found.heights))
     if gone:
         steps += (f"{gone} points of the value {' or '.join(f'{one:.10g}' for one in void)} taken as missing",)
+    largest = np.abs(heights) > NO_HEIGHT  # False of NaN
+    if largest.any() and not largest.all():
+        heights, steps = (
+            np.where(largest, np.nan, heights),
+            (*steps, f"{largest.sum()} numbers beyond 1e25 taken as missing"),
+        )
     asked = None if np.isnan(void).any() else stands_for_nothing(heights)
     if asked:
         value, count = asked
@@ -185,16 +200,13 @@ def read_all(
         try:
             heights_unit, position_unit = units_of(source, text["unit"])
             size_of = sizes_of(source, text["size"])
-            heights = heights_of("maps", one) if path is None else path
-            if isinstance(heights, np.ndarray) and not heights.ndim:
+            if path is None and not heights_of("maps", one).ndim:
                 raise ArgumentError("maps", one, "names of files, or arrays of heights")
-            found.append(
-                read_topography(
-                    heights, size=size_of, unit=heights_unit, position_unit=position_unit, periodic=always or None,
-                    dataset=text["dataset"], part=text["part"], corners=corners, fill=limit, void=voids,
-                    override=override, source=source,
-                )
-            )  # fmt: skip
+            found.append(read_topography(
+                one if path is None else path, size=size_of, unit=heights_unit, position_unit=position_unit,
+                periodic=always or None, dataset=text["dataset"], part=text["part"], corners=corners, fill=limit,
+                void=voids, override=override, source=source,
+            ))  # fmt: skip
         except TopographyError as error:
             faults.append(str(error))
     if faults:
@@ -242,10 +254,10 @@ def _with_units(
             faults.append(_missing(found, what))
         if its is not None and given is not None and not _agree(its, given):
             said = " x ".join(units.readable(one, "length") for one in (its if isinstance(its, tuple) else (its,)))
-            steps.append(f"the {what} that the file says, {said}, overruled")
+            steps.append(f"the {what} that {found.of} says, {said}, overruled")
             if not override:
                 faults.append(
-                    f"the file itself says the {what} of the map ({said}): leave out `{what}`, or overrule it "
+                    f"{found.of} itself says the {what} of the map ({said}): leave out `{what}`, or overrule it "
                     "knowingly with `override_size`"
                 )
     if faults:
@@ -291,6 +303,8 @@ def _missing(found: RawMap, what: str) -> str:
             f"{found.of} does not say the unit of its positions: give the units of both, positions and heights, as "
             "`unit` um,nm, or `size`"
         )
+    if found.unread:
+        return f"the {what} of the map is not found in the header of {found.of}, which is not understood: give `{what}`"
     return f"{found.of} does not say the {what} of the map: give `{what}`; nothing is assumed"
 
 
