@@ -161,12 +161,14 @@ Measured = TypeVar("Measured")
 def once(measure: Callable[[Topography], Measured]) -> Callable[[Topography], Measured]:
     """Keep what is measured on a map with the map, whose heights do not change; ArgumentError if it is none."""
 
+    key = f"{measure.__module__}.{measure.__qualname__}"  # a text, which crosses to another process with the map
+
     @wraps(measure)
     def kept(topography: Topography) -> Measured:
         known = instance("topography", topography, Topography)._measured
-        if measure not in known:
-            known[measure] = measure(topography)
-        found: Measured = known[measure]
+        if key not in known:
+            known[key] = measure(topography)
+        found: Measured = known[key]
         return found
 
     return kept
