@@ -160,7 +160,6 @@ Measured = TypeVar("Measured")
 
 def once(measure: Callable[[Topography], Measured]) -> Callable[[Topography], Measured]:
     """Keep what is measured on a map with the map, whose heights do not change; ArgumentError if it is none."""
-
     key = f"{measure.__module__}.{measure.__qualname__}"  # a text, which crosses to another process with the map
 
     @wraps(measure)

@@ -4,6 +4,7 @@ const form = $("form");
 let middle = {}; // the values at which the sliders began, each a number and its unit
 let asking = new AbortController(); // ends what was asked before
 let later = null, clock = null;
+let entered = {}; // what was entered for the map before
 let layers = { map: [], solved: [] }, lacks = [], names = known.opened;
 
 for (const name of known.materials) $("materials").append(new Option(name));
@@ -80,7 +81,7 @@ function showFaults(said) {
   layers.map.push(...said.layers);
   $("faults").replaceChildren(...said.faults.map((fault) => element("li", { textContent: `${fault.text} ` },
     ...(Object.keys(fault.set).length ? [element("button", { type: "button", textContent: "correct", onclick: () => {
-      for (const [name, value] of Object.entries(fault.set)) form.elements[name].value = value;
+      fill(fault.set);
       ask();
     } })] : []), " ",
     ...(fault.layer ? [element("button", { type: "button", textContent: "show", onclick: () => { $("layer").value = fault.layer; showLayer(); $("map").scrollIntoView({ block: "nearest" }); } })] : []))));
@@ -200,6 +201,26 @@ function showReport(html) {
 
 const split = (words) => { const found = /^([0-9.eE+-]+)(.*)$/.exec(words); return found && [Number(found[1]), found[2]]; };
 
+// Another map has nothing of the one before, not its size, not its bodies, unless that is asked for.
+function forget() {
+  const before = Object.entries(fields()).filter(([, value]) => value);
+  if (before.length) entered = Object.fromEntries(before);
+  form.reset();
+  middle = {};
+  for (const slider of document.querySelectorAll("input[data-for]")) slider.disabled = true;
+  for (const id of ["verdict", "answer", "remarks", "same", "seen"]) $(id).hidden = true;
+  $("solve").disabled = true;
+  $("again").hidden = !Object.keys(entered).length;
+}
+
+function fill(values) {
+  for (const [name, value] of Object.entries(values)) {
+    const input = form.elements[name];
+    if (input.type === "checkbox") input.checked = Boolean(value);
+    else input.value = value;
+  }
+}
+
 // The first file takes the place of what is open, unless it is added; others are added to it.
 async function open(files, beside = false) {
   if (!files.length) return;
@@ -209,6 +230,7 @@ async function open(files, beside = false) {
       $("name").textContent = `reading ${file.name}`;
       const said = await talk("/map", file, "PUT", { "X-Name": encodeURIComponent(file.name), ...(beside || i ? { "X-Beside": "1" } : {}) });
       if (said.states) { location = "/states"; return; }
+      if (!beside && !i) forget();
       names = said.opened;
     }
     showNames();
@@ -241,12 +263,13 @@ button("stop", () => { asking.abort(); progress(""); $("stop").hidden = true; $(
 button("all", async () => showReport((await talk("/report")).page));
 button("example", async () => {
   const said = await talk("/example");
-  form.reset();
-  for (const [name, value] of Object.entries(said.form)) form.elements[name].value = value;
+  forget();
+  fill(said.form);
   names = said.opened;
   showNames();
   await ask();
 });
+button("again", async () => { fill(entered); $("again").hidden = true; await ask(); });
 $("layer").addEventListener("change", showLayer);
 form.elements.join.addEventListener("change", showNames);
 for (const id of ["file", "another"]) $(id).addEventListener("change", ({ target }) => {

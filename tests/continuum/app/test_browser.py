@@ -1,4 +1,4 @@
-"""The page of `continuum view` in a real browser without a screen: drop, slide, solve, save."""
+"""The page of `continuum view` in a real browser without a screen: each button, and what one map leaves to the next."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ import pytest
 
 import continuum
 
-pytestmark = pytest.mark.long
 WITH = "needs the extra `browser`"
 webdriver = pytest.importorskip("selenium.webdriver", reason=WITH)
 By = pytest.importorskip("selenium.webdriver.common.by", reason=WITH).By
@@ -91,6 +90,83 @@ def choose(browser: webdriver.Chrome, name: str) -> None:
     browser.find_element(By.XPATH, f"//select[@id='layer']/option[.='{name}']").click()
 
 
+def small_map(path: Path, seed: int, spike: float = 0.0) -> Path:
+    """A map so small that everything is soon answered, in nm without saying so."""
+    heights = continuum.SelfAffine(0.8, 0.05, 4.0, 16.0).synthesise(
+        continuum.Grid.square(48), np.random.default_rng(seed)
+    )
+    heights[5, 7:9] += spike
+    np.savetxt(path, heights)
+    return path
+
+
+def click(browser: webdriver.Chrome, name: str) -> None:
+    browser.find_element(By.ID, name).click()
+
+
+def value(browser: webdriver.Chrome, name: str) -> str:
+    return str(browser.find_element(By.NAME, name).get_attribute("value"))
+
+
+def shown(browser: webdriver.Chrome, name: str) -> bool:
+    return bool(browser.find_element(By.ID, name).is_displayed())
+
+
+def test_each_button_does_what_it_says(browser: webdriver.Chrome, address: str, tmp_path_factory: Any) -> None:
+    place = tmp_path_factory.mktemp("maps")
+    browser.get(address)
+    browser.find_element(By.ID, "file").send_keys(str(small_map(place / "one.txt", 1, spike=3.0)))
+    until(browser, lambda: "size" in text(browser, "error"))
+    for name, given in {"size": "48nm", "unit": "nm", "material": "silicon", "work": "1mJ/m2"}.items():
+        browser.find_element(By.NAME, name).send_keys(given)
+    click(browser, "ask")
+    until(browser, lambda: shown(browser, "verdict") and not text(browser, "progress"))
+    correct, show = browser.find_elements(By.CSS_SELECTOR, "#faults button")
+    show.click()
+    assert "correction takes off" in str(browser.find_element(By.CSS_SELECTOR, "#map svg").get_attribute("aria-label"))
+    correct.click()
+    until(browser, lambda: "--fill" in text(browser, "command") and not shown(browser, "faulty"))
+    until(browser, lambda: "which heights decide" in text(browser, "layer"))
+    choose(browser, "contact at the threshold")
+    assert "repels" in text(browser, "map")
+    slide(browser, "work", 1)
+    until(browser, lambda: "--work 10mJ/m2" in text(browser, "command"))
+    until(browser, lambda: not shown(browser, "stop"))
+    click(browser, "solve")
+    until(browser, lambda: "by a search with adhesion" in text(browser, "statements"))
+    until(browser, lambda: "--solve" in text(browser, "command"))
+    until(browser, lambda: not shown(browser, "stop"))
+    click(browser, "solve")
+    click(browser, "stop")
+    assert not shown(browser, "stop")
+    assert not text(browser, "progress")
+    click(browser, "all")
+    until(browser, lambda: shown(browser, "save"))
+    click(browser, "save")
+    until(browser, (browser.saved / "prediction.html").is_file)
+    (browser.saved / "prediction.html").unlink()
+
+    # The next map has nothing of the one before, unless that is asked for.
+    browser.find_element(By.ID, "file").send_keys(str(small_map(place / "two.txt", 2)))
+    until(browser, lambda: text(browser, "name") == "two.txt" and "size" in text(browser, "error"))
+    assert [value(browser, name) for name in ("size", "unit", "material", "work")] == [""] * 4
+    assert not shown(browser, "verdict")
+    assert not browser.find_element(By.ID, "solve").is_enabled()
+    click(browser, "again")
+    until(browser, lambda: shown(browser, "verdict") and "two.txt --size 48nm" in text(browser, "command"))
+    assert value(browser, "material") == "silicon"
+    # Another map is the other body, or another measurement of the same surface.
+    browser.find_element(By.ID, "another").send_keys(str(place / "one.txt"))
+    until(browser, lambda: text(browser, "name") == "two.txt on one.txt")
+    browser.find_element(By.NAME, "join").click()
+    assert text(browser, "name") == "two.txt + one.txt"
+    click(browser, "example")
+    until(browser, lambda: value(browser, "size") == "384nm" and "scars" in text(browser, "faults"))
+    assert value(browser, "work") == ""
+    click(browser, "stop")
+
+
+@pytest.mark.long
 def test_a_map_is_dropped_corrected_slid_solved_and_saved(browser: webdriver.Chrome, address: str) -> None:
     browser.get(address)
     assert "token" not in browser.current_url
@@ -148,6 +224,7 @@ def test_a_map_is_dropped_corrected_slid_solved_and_saved(browser: webdriver.Chr
     assert base64.b64decode(browser.print_page()).startswith(b"%PDF")
 
 
+@pytest.mark.long
 def test_an_example_is_tried(browser: webdriver.Chrome, address: str) -> None:
     browser.get(address)
     browser.find_element(By.ID, "example").click()
@@ -196,6 +273,7 @@ def test_states_of_a_stored_run_are_seen(browser: webdriver.Chrome, address: str
     assert text(browser, "which") == f"1 of {len(result.points)}"
 
 
+@pytest.mark.long
 def test_a_page_of_the_web_gets_nothing(browser: webdriver.Chrome, address: str, tmp_path: Path) -> None:
     """A page from elsewhere, in the browser that has the cookie, cannot ask, read or frame."""
     browser.get(address)
