@@ -18,6 +18,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 from cyclopts import App, CycloptsError, Parameter, convert
 from cyclopts.validators import Number
 
+from continuum import caches
 from continuum.errors import BAD_INPUT, EXIT_CODES, OK, InputError
 
 Command = Callable[..., int]
@@ -154,11 +155,22 @@ def _with_lone_dashes(words: Sequence[str]) -> list[str]:
 def _check_environment() -> None:
     """Check the environment variables on which a library would end in a traceback when it is imported.
 
-    matplotlib does so if MPLBACKEND names an unknown back end; commands draw into files, so that it is overwritten.
+    matplotlib does so if MPLBACKEND names an unknown back end, or the user's matplotlibrc cannot be read; commands draw
+    into files, in a style of their own, so that both are left out.  Without a home it would write its list of fonts
+    again in each process, and say so.
 
-    Raises InputError that names the variable if a number of threads is not one.
+    Raises InputError that names the variable if a number of threads is not one, or a matplotlibrc of this folder, which
+    nothing overrules, if it cannot be read.
     """
-    os.environ["MPLBACKEND"] = "agg"
+    os.environ |= {"MPLBACKEND": "agg", "MATPLOTLIBRC": os.devnull}
+    if "MPLCONFIGDIR" not in os.environ and not caches.at_home() and (folder := caches.folder_for("matplotlib")):
+        os.environ["MPLCONFIGDIR"] = str(folder)
+    here = Path("matplotlibrc")
+    try:
+        here.is_file() and here.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        msg = f"{here.absolute()}: matplotlib reads this file, and cannot ({error}): save it as UTF-8, or move it"
+        raise InputError(msg) from error
     for name, least in (("NUMBA_NUM_THREADS", 1), ("OMP_NUM_THREADS", 0), ("DUCC0_NUM_THREADS", 0)):
         value = os.environ.get(name)
         if value is not None and not (value.isdecimal() and int(value) >= least):

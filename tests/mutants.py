@@ -74,7 +74,7 @@ SECONDS = 120
 LIBRARIES = ["numba", "numpy", "scipy.optimize", "scipy.ndimage", "scipy.signal", "scipy.stats", "pydantic", "pandas",
              "xarray", "matplotlib.pyplot", "pytest", "ase.build"]  # fmt: skip
 """Imported once, before the changes; hypothesis is imported by pytest, which looks at its assertions."""
-KERNELS = re.compile(r"^@(compiled|inlined|njit)\b", re.MULTILINE)
+KERNELS = re.compile(r"^@(compiled|inlined|kept_on_disk|njit)\b", re.MULTILINE)
 """What says that a module has compiled loops."""
 
 

@@ -14,6 +14,7 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.model import Model
 from atomistic.response.force_constants import ForceConstants, SymmetryErrors
 from atomistic.response.lattice import LatticeResponse
+from continuum import caches
 from continuum.errors import OutputError
 from continuum.files import output, store
 from continuum.files.hdf5 import StoreError, understood
@@ -26,11 +27,11 @@ SCHEMA, VERSION = "stickiness/lattice-response", 1
 
 
 def default_folder() -> Path:
-    """$STICKINESS_CACHE, or ``stickiness`` in the user's folder of caches."""
-    named = os.environ.get("STICKINESS_CACHE")
-    if named:
-        return Path(named)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "stickiness"
+    """$STICKINESS_CACHE, or the user's folder of caches, or one for temporary files where there is no home.
+
+    Where none of these can be written, it is one where nothing is found or stored.
+    """
+    return Path(os.environ.get("STICKINESS_CACHE") or caches.folder_for() or os.devnull)
 
 
 def response_key(slab: Slab, model: Model) -> str:

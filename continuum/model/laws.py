@@ -3,7 +3,7 @@
 A law is a number (its kind) and an array of parameters, which the classes in :mod:`continuum.model.walls` make.
 Compiled code calls :func:`respond`, which is compiled once for all laws; grids of arrays ask :data:`ON_ARRAYS`.
 
-numba's cache on disk checks the file of a function only, not those of the functions that it calls; see
+The cache on disk checks the file of a function only, not those of the functions that it calls; see
 :mod:`continuum.solve.compiled.compiling`.
 """
 
@@ -16,6 +16,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 from continuum.model.fourier import Real
+from continuum.model.kept import kept_on_disk
 
 SPLINE, INVERSE_POWERS, EXPONENTIAL, TABLE = range(4)
 """Kinds of laws, named in :func:`respond` and in :data:`ON_ARRAYS`."""
@@ -126,7 +127,7 @@ _spline, _inverse_powers, _exponential, _piece = (
 )
 
 
-@njit(cache=True, error_model="numpy")
+@kept_on_disk(error_model="numpy")
 def _multiply_power(base: Real, exponent: int, out: Real) -> None:
     """Multiply by an integer power of each number, by squaring."""
     square = base.copy()
@@ -139,7 +140,7 @@ def _multiply_power(base: Real, exponent: int, out: Real) -> None:
             square[j] *= square[j]
 
 
-@njit(cache=True, error_model="numpy")
+@kept_on_disk(error_model="numpy")
 def _powers(gap: Real, p: Real, response: Real) -> None:
     """Inverse powers of a tile of gaps: loops by themselves for the powers, which vectorise."""
     core, m, n = p[1], int(p[2]), int(p[3])
@@ -156,7 +157,7 @@ def _powers(gap: Real, p: Real, response: Real) -> None:
         response[0, j], response[1, j], response[2, j] = answer
 
 
-@njit(cache=True, error_model="numpy")
+@kept_on_disk(error_model="numpy")
 def _table(z: float, p: Real) -> tuple[float, float, float]:
     """A table, p = (number of pieces N, N + 1 knots, N energies, 4 N coefficients)."""
     n = int(p[0])
@@ -175,7 +176,7 @@ def _table(z: float, p: Real) -> tuple[float, float, float]:
     return _piece(_choose, z, (p[1], p[n + 1]), x, p[2 + n + low], cubic)
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp"})
+@kept_on_disk(error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp"})
 def respond(kind: int, gap: Real, p: Real, response: Real) -> None:
     """Energy, traction and stiffness per area of a law, the rows of ``response``, at each gap of a tile.
 

@@ -66,11 +66,25 @@ _METADATA: Any = {
 # fontTools warns about old dates of the fonts in a PDF.
 logging.getLogger("fontTools").setLevel(logging.ERROR)
 
-styled = mpl.rc_context(STYLE)
+# Not of figures, but of windows: to set a back end would open it.
+_PLAIN: dict[str, Any] = {
+    k: v for k, v in mpl.rcParamsDefault.items() if not k.startswith(("backend", "toolbar", "interactive"))
+}
+
+
+@contextmanager
+def _style(**more: Any) -> Iterator[None]:
+    """The common style on matplotlib's own defaults: the user's matplotlibrc or style changes no figure."""
+    style: Any = _PLAIN | dict(STYLE) | more
+    with mpl.rc_context(style):
+        yield
+
+
+styled = _style()
 """Decorator of functions that draw, which applies the common style without changing global settings."""
 
 
-_saved = mpl.rc_context({**STYLE, "figure.constrained_layout.use": False})
+_saved = _style(**{"figure.constrained_layout.use": False})
 """The same without a layout engine, which draws twice: of what saves, too, or a figure without one would get it."""
 
 

@@ -1,8 +1,8 @@
 """How the sweeps of this back end are compiled, and the numbers that they share.
 
-numba keeps compiled code on disk and compiles anew when the file of a function has changed; at the files of the
-functions that it calls it does not look.  Its name for the file of the code holds the qualified name of the function:
-so that name is given a digest of the sources that any sweep calls from elsewhere, the formulas of the laws first.
+Compiled code is kept on disk, and compiled anew when the file of a function has changed; nobody looks at the files of
+the functions that it calls.  The name of the file of the code holds the qualified name of the function: so that name
+is given a digest of the sources that any sweep calls from elsewhere, the formulas of the laws first.
 """
 
 import hashlib
@@ -18,6 +18,7 @@ from numba.core import event
 from numpy.typing import NDArray
 
 from continuum.model import laws
+from continuum.model.kept import folder_of_compiled, kept_on_disk
 
 SUMS = 6
 """Sums of a sweep, at most."""
@@ -39,10 +40,7 @@ Kernel = TypeVar("Kernel", bound=Callable[..., object])
 _HERE = Path(__file__)
 _NAMED = ("sweeps", "points", "tractions", "pressing", "extending")
 SOURCES = (Path(laws.__file__), _HERE, *(_HERE.with_name(f"{name}.py") for name in _NAMED))
-"""Files, beside its own, whose functions, constants, options and types of arguments a sweep is compiled with.
-
-numba's index on disk names those types: where one has another name it cannot be read, and is not asked for.
-"""
+"""Files, beside its own, whose functions, constants, options and types of arguments a sweep is compiled with."""
 
 
 def digest(sources: Iterable[Path]) -> str:
@@ -63,7 +61,9 @@ class _FirstCompilation(event.Listener):
         sweep = event.data["dispatcher"].py_func.__qualname__.endswith(_DIGEST)
         if sweep and not self.told and sys.stderr.isatty():
             self.told = True
-            logging.getLogger(__name__).warning("compiling the solver, once after it was installed: about 10 s")
+            each = "as no folder for compiled code can be written: NUMBA_CACHE_DIR names one"
+            when = "once after it was installed" if folder_of_compiled(_HERE.parent) else f"in each process, {each}"
+            logging.getLogger(__name__).warning(f"compiling the solver, {when}: about 10 s")
 
     def on_end(self, event: event.Event) -> None:
         pass
@@ -79,7 +79,7 @@ def compiled(function: Kernel) -> Kernel:
     A NaN stays a NaN.
     """
     function.__qualname__ = f"{function.__qualname__}-{_DIGEST}"
-    return cast("Kernel", njit(nogil=True, cache=True, error_model="numpy", fastmath=_FAST)(function))
+    return kept_on_disk(nogil=True, error_model="numpy", fastmath=_FAST)(function)
 
 
 def inlined(function: Kernel) -> Kernel:
