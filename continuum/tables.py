@@ -15,19 +15,18 @@ import hashlib
 import inspect
 import math
 import os
-import warnings
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
 from inspect import Parameter, Signature, isfunction, signature
 from itertools import chain, pairwise
 from numbers import Real
+from operator import or_
 from pathlib import Path
 from textwrap import dedent
 from typing import (
-    TYPE_CHECKING,
     Annotated,
     Any,
     ClassVar,
@@ -42,12 +41,16 @@ from typing import (
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
-    GetCoreSchemaHandler,
     GetJsonSchemaHandler,
+    ModelWrapValidatorHandler,
+    Tag,
+    TypeAdapter,
     ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
@@ -56,14 +59,9 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, ErrorDetails, PydanticCustomError, SchemaValidator, core_schema
+from pydantic_core import CoreSchema, ErrorDetails, PydanticCustomError
 
 from continuum.arguments import ArgumentError
-
-if TYPE_CHECKING:  # it has no public name
-    from pydantic._internal._model_construction import ModelMetaclass
-else:
-    ModelMetaclass = type(BaseModel)
 
 Key = tuple[str | int, ...]
 """Where a value stands: names of tables and keys, and indices of arrays."""
@@ -222,24 +220,20 @@ class TableFamily(Table):
         return cls.kinds.get(name) if isinstance(name, str) else None
 
     @classmethod
-    def __get_pydantic_core_schema__(cls, source: type[BaseModel], handler: GetCoreSchemaHandler) -> CoreSchema:
-        if not cls.is_family():
-            return handler(source)
-        return core_schema.with_info_plain_validator_function(cls._of_its_kind)
-
-    @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         if not cls.is_family():
             return super().__get_pydantic_json_schema__(schema, handler)
-        for kind in cls.kinds.values():
-            kind.model_rebuild()
-        kinds = {name: kind.__pydantic_core_schema__ for name, kind in cls.kinds.items()}
-        return handler(core_schema.tagged_union_schema(dict(kinds), discriminator=cls.kind_key))
+        kinds = tuple(Annotated[kind, Tag(name)] for name, kind in cls.kinds.items())
+        family: Any = Annotated[reduce(or_, kinds), Discriminator(cls.kind_of)]
+        return handler(TypeAdapter(family).core_schema)
 
+    @model_validator(mode="wrap")
     @classmethod
-    def _of_its_kind(cls, data: Any, info: ValidationInfo) -> Table:
+    def _of_its_kind(cls, data: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Any:
+        if not cls.is_family():
+            return handler(data)
         if type(data) in cls.kinds.values():
-            return cast(Table, data)
+            return data
         if not isinstance(data, dict):
             raise PydanticCustomError("model_type", "a table")
         kind = cls.kind_of(data)
@@ -249,26 +243,12 @@ class TableFamily(Table):
         return kind.model_validate(data, context=info.context)
 
 
+class _Fields(dict[str, Any]):
+    """Values of the fields of an object that is there already."""
+
+
 @dataclass_transform(kw_only_default=False, field_specifiers=(Field,))
-class _Arguments(ModelMetaclass):
-    """Classes whose fields are arguments in their order, also where a base derives a value of that name."""
-
-    def __new__(cls, *args: Any, **options: Any) -> Any:
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "Field name .* shadows an attribute", UserWarning)
-            return super().__new__(cls, *args, **options)
-
-    def _signature(cls: type[BaseModel]) -> Signature:  # type: ignore[misc]
-        own = signature(cls.__init__).parameters.values()
-        kind, fields = Parameter.POSITIONAL_OR_KEYWORD, cls.model_fields.items()
-        defaults = {name: Parameter.empty if field.is_required() else field.default for name, field in fields}
-        given = [Parameter(name, kind, default=value) for name, value in defaults.items()]
-        return Signature([*own][1:] if "__init__" in vars(cls) else given)
-
-    __signature__ = property(_signature, lambda cls, of_pydantic: None)
-
-
-class Description(TableFamily, metaclass=_Arguments):
+class Description(TableFamily):
     """What an input describes and Python makes, with the same fields: a wall, a substrate, a surface.
 
     The fields are the arguments in Python, by position or by name, and the keys of a table.  Objects are immutable;
@@ -281,6 +261,22 @@ class Description(TableFamily, metaclass=_Arguments):
     def __init__(self, *values: Any, **named: Any) -> None:
         self._take(*values, **named)
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, *, kind: str = "", **options: Any) -> None:
+        super().__pydantic_init_subclass__(kind=kind, **options)
+        if "__init__" not in vars(cls):  # one whose signature names the fields
+
+            def __init__(self: Description, *values: Any, **named: Any) -> None:
+                self._take(*values, **named)
+
+            one, fields = Parameter.POSITIONAL_OR_KEYWORD, cls.model_fields.items()
+            defaults = {name: Parameter.empty if field.is_required() else field.default for name, field in fields}
+            given = [Parameter(name, one, default=value) for name, value in defaults.items()]
+            vars(__init__)["__signature__"] = Signature([Parameter("self", Parameter.POSITIONAL_ONLY), *given])
+            cls.__init__ = __init__  # type: ignore[method-assign]
+        # A class that is not yet compiled would show that of its base.
+        cls.__signature__ = Signature([*signature(cls.__init__).parameters.values()][1:])
+
     def _take(self, *values: Any, **named: Any) -> None:
         """Take the values of the fields; raises ArgumentError for the first that is not allowed."""
         fields = type(self).model_fields
@@ -290,14 +286,26 @@ class Description(TableFamily, metaclass=_Arguments):
         for name, value in (given | named).items():
             given[name] = value if isinstance(value, np.ndarray) and value.ndim else frozen(value)
         try:
-            self.__pydantic_validator__.validate_python(given, self_instance=self)
+            self.__pydantic_validator__.validate_python(_Fields(given), self_instance=self)
         except ValidationError as error:
             raise _argument_error(type(self), error.errors(include_url=False)[0]) from None
 
+    @model_validator(mode="wrap")
     @classmethod
-    def __pydantic_init_subclass__(cls, *, kind: str = "", **options: Any) -> None:
-        super().__pydantic_init_subclass__(kind=kind, **options)
-        cls.__pydantic_custom_init__ = False  # __init__ is the door of Python alone
+    def _without_init(cls, data: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Any:
+        """An object of an input is made of its fields: ``__init__`` is the door of Python alone.
+
+        In Python a tuple stands for an object, too: its arguments, by position.
+        """
+        if isinstance(data, tuple) and info.context is None:
+            if len(data) > len(cls.model_fields):
+                raise PydanticCustomError("arguments", "({names})", {"names": ", ".join(cls.model_fields)})
+            data = dict(zip(cls.model_fields, data, strict=False))
+        if isinstance(data, _Fields) or not isinstance(data, dict) or cls.is_family():
+            return handler(data)
+        made = cls.__new__(cls)
+        made.__pydantic_validator__.validate_python(_Fields(data), self_instance=made, context=info.context)
+        return made
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(
@@ -306,16 +314,6 @@ class Description(TableFamily, metaclass=_Arguments):
 
     def __str__(self) -> str:
         return repr(self)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _by_position(cls, data: Any, info: ValidationInfo) -> Any:
-        """In Python a tuple stands for an object: its arguments, by position."""
-        if isinstance(data, tuple) and info.context is None:
-            if len(data) > len(cls.model_fields):
-                raise PydanticCustomError("arguments", "({names})", {"names": ", ".join(cls.model_fields)})
-            return dict(zip(cls.model_fields, data, strict=False))
-        return data
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """The same with other values of some fields, which are checked; what was derived is derived anew."""
@@ -338,23 +336,20 @@ def frozen(value: Any) -> Any:
     return float(value) if isinstance(value, Real) and not isinstance(value, int) else value
 
 
-class InInputs:
+class InInputs(AfterValidator):
     """Bounds gt, ge, lt, le of a number, in an input only, beside those of Python: a mistaken unit is likely there."""
 
     def __init__(self, **bounds: float) -> None:
+        bounded = TypeAdapter(Annotated[float, Field(**bounds)])
+
+        def narrowed(value: Any, info: ValidationInfo) -> Any:
+            return value if info.context is None else bounded.validate_python(value)
+
+        super().__init__(narrowed)
         vars(self).update(bounds)
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        bounded = SchemaValidator(core_schema.float_schema(**vars(self)))
-
-        def narrowed(value: Any, inner: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-            found = inner(value)
-            return found if info.context is None or found is None else bounded.validate_python(found)
-
-        return core_schema.with_info_wrap_validator_function(narrowed, handler(source))
-
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return handler(schema) | handler(core_schema.float_schema(**vars(self)))
+        return handler(schema) | TypeAdapter(Annotated[float, Field(**vars(self))]).json_schema()
 
 
 _LIMITS = {"gt": "greater than", "ge": "greater than or equal to", "lt": "less than", "le": "less than or equal to"}

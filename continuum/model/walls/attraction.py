@@ -5,7 +5,6 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 import scipy
-from pydantic import Field
 
 from continuum.model.walls.exponential import Exponential
 from continuum.model.walls.spline import LennardJonesSpline
@@ -36,7 +35,7 @@ class AttractionOnCore(Wall, kind="attraction-on-core"):
     """
     adhesion_length: Positive
     """l_a = w/E*, in a0"""
-    effective_range: Positive = Field()  # not the effective range that other walls derive
+    effective_range: Positive
     """distance over which the wall attracts, Eq. (S-5), in a0"""
     core_stiffness: Positive
     """stiffness of the core, in E*/a0; at least that of the attraction"""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import WrapValidator
+from pydantic import ConfigDict, WrapValidator
 
 from continuum.arguments import array
 from continuum.model import laws
@@ -37,9 +37,22 @@ class Interaction(NamedTuple):
     """d²energy/d gap² = -d traction/d gap, in E*/a0; negative where the law softens."""
 
 
+class derived(cached_property[float]):
+    """A number that follows from the others, except in kinds that have a field of its name.
+
+    The class itself has no such attribute, which a field would shadow.
+    """
+
+    def __get__(self, wall: Any, owner: Any = None) -> Any:
+        if wall is None or self.attrname in type(wall).model_fields:  # where it is faulty, in an input
+            raise AttributeError(self.attrname)
+        return super().__get__(wall, owner)
+
+
 class Wall(Description):
     """[wall]: law between wall and surface; lengths are in a0, tractions in E*."""
 
+    model_config = ConfigDict(ignored_types=(derived,))
     kind_key: ClassVar[str] = "law"
     has_law: ClassVar[bool] = True
     """Whether the traction is a function of the gap."""
@@ -74,14 +87,14 @@ class Wall(Description):
         def hardness(self) -> float:
             """Traction at which one of the bodies yields, in E*; infinite where none does."""
 
-    else:
-        hardness: ClassVar[float] = np.inf
+        @property
+        def effective_range(self) -> float:
+            """Effective range of the attraction, Eq. (S-5); 0 without attraction."""
 
-        @cached_property
-        def range(self) -> float:
-            if "range" in type(self).model_fields:  # and is faulty, in an input
-                raise AttributeError("range")
-            return self.effective_range
+    else:
+        hardness = derived(lambda self: np.inf)
+        range = derived(lambda self: self.effective_range)
+        effective_range = derived(lambda self: self.integrated_range())
 
     def build(self) -> Wall:
         """The wall that presses: this one, unless a kind describes another, as by a table of its law."""
@@ -169,9 +182,8 @@ class Wall(Description):
         """Depth of the energy at ``zero_gap``, w, in E* a0; in reduced units also l_a = w/E*."""
         return -float(self.evaluate(np.array(self.zero_gap)).energy)
 
-    @cached_property
-    def effective_range(self) -> float:
-        """Effective range of the attraction, Eq. (S-5); 0 without attraction."""
+    def integrated_range(self) -> float:
+        """Effective range of the attraction, Eq. (S-5), by quadrature of the law, where it has no closed form."""
         if self.work_of_adhesion <= 0:
             return 0.0
         unit = self.work_of_adhesion / self.largest_tension  # an integral to infinity has to know where to look

@@ -71,7 +71,7 @@ def test_effective_range_is_1_05659_of_the_range(range_: float) -> None:
 def test_a_range_in_closed_form_is_that_of_any_law(name: str) -> None:
     """A law without a formula of its own has Eq. (S-5) by quadrature, whose digits a table's knots cost."""
     wall = kinds.WALLS[name]
-    assert Wall.effective_range.func(wall) == pytest.approx(wall.effective_range, rel=1e-6)  # type: ignore[attr-defined]
+    assert wall.integrated_range() == pytest.approx(wall.effective_range, rel=1e-6)
 
 
 def test_effective_ranges_of_the_untruncated_laws() -> None:
