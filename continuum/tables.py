@@ -2,7 +2,7 @@
 
 A table of a TOML file is a frozen :class:`Table`.  A key that is unknown, of the wrong type or out of range is a
 fault, and so is whatever a method marked :func:`constraint` finds where keys contradict one another.  Where a table
-comes in several kinds, it is a :class:`TableFamily`: each subclass is one kind, and an input knows it as soon as it is
+comes in several kinds, it is a :class:`Table`: each subclass is one kind, and an input knows it as soon as it is
 defined.  What Python makes as well, a wall or a substrate, is :class:`Description`: one class, whose fields are the
 arguments in Python and the keys of an input, with bounds that are said once, in their annotations.
 
@@ -14,15 +14,13 @@ import ast
 import hashlib
 import inspect
 import math
-import os
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, reduce
 from inspect import Parameter, Signature, isfunction, signature
-from itertools import chain, pairwise
-from numbers import Real
+from itertools import pairwise
 from operator import or_
 from pathlib import Path
 from textwrap import dedent
@@ -31,19 +29,17 @@ from typing import (
     Any,
     ClassVar,
     Literal,
+    NamedTuple,
     Self,
     TypeVar,
     cast,
     dataclass_transform,
     get_args,
-    get_origin,
 )
 
 import numpy as np
 from pydantic import (
-    AfterValidator,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
@@ -53,8 +49,6 @@ from pydantic import (
     TypeAdapter,
     ValidationError,
     ValidationInfo,
-    ValidatorFunctionWrapHandler,
-    WrapValidator,
     model_validator,
 )
 from pydantic.fields import FieldInfo
@@ -62,11 +56,10 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, ErrorDetails, PydanticCustomError
 
 from continuum.arguments import ArgumentError
+from continuum.keys import frozen, parts, what_is_allowed
 
 Key = tuple[str | int, ...]
 """Where a value stands: names of tables and keys, and indices of arrays."""
-LARGEST_N = 65536
-"""Points or atoms along a side, at most."""
 STRICT = ConfigDict(strict=True, allow_inf_nan=False, defer_build=True)
 """Numbers are no texts and no booleans, and all of them are finite.  A table is compiled when it is first read."""
 _Method = TypeVar("_Method", bound=Callable[..., Iterator["Fault"]])
@@ -100,6 +93,10 @@ def constraint(method: _Method) -> _Method:
 class Table(BaseModel):
     """A table of an input file: unknown keys, loose types, infinities and NaN are faults.
 
+    A subclass that sets ``kind_key`` is a family of tables of several kinds.  Its kinds are the subclasses that are
+    defined with a name, as ``class Layer(Response, kind="layer")``, and those whose key ``kind_key`` takes fixed names.
+    A family derived from another has the kinds of both.
+
     The docstring of a key is shown in messages about it (:func:`explained`).
     """
 
@@ -114,6 +111,8 @@ class Table(BaseModel):
     """The key that names the kind of a table that has several."""
     kind_name: ClassVar[str] = ""
     """The name of this kind, the class's argument ``kind``; empty if ``kind_key`` is a field with fixed names."""
+    kinds: ClassVar[MutableMapping[str, type[Any]]] = {}
+    """The kinds of a family by their names, in the order in which they were defined."""
     constraints: ClassVar[tuple[Callable[[Any], Iterator[Fault]], ...]] = ()
     """The methods that are marked as :func:`constraint`."""
 
@@ -126,24 +125,41 @@ class Table(BaseModel):
         cls.kind_name = kind or cls.kind_name
         members = filter(isfunction, (member for base in reversed(cls.__mro__) for member in list(vars(base).values())))
         cls.constraints = tuple(method for method in members if getattr(method, "_is_check", False))
+        if cls.is_family():
+            cls.kinds = ChainMap({}, cls.kinds)
+        elif kind:
+            cls.kinds[kind] = cls
+        elif field := cls.model_fields.get(cls.kind_key):
+            cls.kinds.update(dict.fromkeys(get_args(field.annotation), cls))
+
+    @classmethod
+    def is_family(cls) -> bool:
+        """Whether this class stands for all its kinds."""
+        return bool(vars(cls).get("kind_key"))
+
+    @classmethod
+    def kind_of(cls, data: Any) -> type[Any] | None:
+        """The table itself; of a family the kind that its keys and values name, None if there is none."""
+        if not cls.is_family():
+            return cls
+        name = data.get(cls.kind_key) if isinstance(data, Mapping) else None
+        return cls.kinds.get(name) if isinstance(name, str) else None
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        if cls.is_family():
+            kinds = (Annotated[kind, Tag(name)] for name, kind in cls.kinds.items())
+            family: Any = Annotated[reduce(or_, kinds), Discriminator(lambda data: data.get(cls.kind_key))]
+            return handler(TypeAdapter(family).core_schema)
         found = handler(schema)
-        properties = handler.resolve_ref_schema(found)["properties"]
-        for name, field in cls.model_fields.items():
-            properties[name] |= {"description": field.description} if explained(cls)[name].description else {}
-        if cls.kind_name:
-            named = {cls.kind_key: {"const": cls.kind_name, "type": "string"}}
-            of_model = handler.resolve_ref_schema(found)
-            of_model["properties"] = named | properties
-            of_model["required"] = [cls.kind_key, *of_model.get("required", [])]
+        own = handler.resolve_ref_schema(found)
+        for name, field in explained(cls).items():
+            if name not in cls.model_fields:  # the name of its kind
+                own["properties"] = {name: {"const": cls.kind_name, "type": "string"}, **own["properties"]}
+                own["required"] = [name, *own.get("required", [])]
+            elif field.description:
+                own["properties"][name]["description"] = field.description
         return found
-
-    @property
-    def origin(self) -> str:
-        """The key that says where the values come from: the file that is read, else the kind of table."""
-        return "path" if "path" in type(self).model_fields else self.kind_key
 
     @model_validator(mode="before")
     @classmethod
@@ -182,52 +198,7 @@ class Table(BaseModel):
         """The value of a key as it was given, or its default."""
         return self.kind_name if self.kind_name and name == self.kind_key else getattr(self, name)
 
-
-class TableFamily(Table):
-    """A table of several kinds.
-
-    A subclass that sets ``kind_key`` is a family.  Its kinds are the subclasses that are defined with a name, as
-    ``class Layer(Response, kind="layer")``, and those whose key ``kind_key`` takes fixed names.  A family derived from
-    another has the kinds of both.
-    """
-
-    kinds: ClassVar[MutableMapping[str, type[Any]]]
-    """The kinds by their names, in the order in which they were defined."""
-
-    def keywords(self) -> dict[str, Any]:
-        """All keys but the kind, with their values; raises AttributeError, as any key does, if one is faulty."""
-        return {name: getattr(self, name) for name in type(self).model_fields if name != self.kind_key}
-
-    @classmethod
-    def is_family(cls) -> bool:
-        """Whether this class stands for all its kinds."""
-        return "kind_key" in vars(cls)
-
-    @classmethod
-    def __pydantic_init_subclass__(cls, *, kind: str = "", **options: Any) -> None:
-        super().__pydantic_init_subclass__(kind=kind, **options)
-        if cls.is_family():
-            cls.kinds = ChainMap({}, getattr(cls, "kinds", {}))
-        elif kind:
-            cls.kinds[kind] = cls
-        elif field := cls.model_fields.get(cls.kind_key):
-            cls.kinds.update(dict.fromkeys(get_args(field.annotation), cls))
-
-    @classmethod
-    def kind_of(cls, data: Mapping[str, Any]) -> type[Table] | None:
-        """The kind that these keys and values name; None if there is none."""
-        name = data.get(cls.kind_key)
-        return cls.kinds.get(name) if isinstance(name, str) else None
-
-    @classmethod
-    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        if not cls.is_family():
-            return super().__get_pydantic_json_schema__(schema, handler)
-        kinds = tuple(Annotated[kind, Tag(name)] for name, kind in cls.kinds.items())
-        family: Any = Annotated[reduce(or_, kinds), Discriminator(cls.kind_of)]
-        return handler(TypeAdapter(family).core_schema)
-
-    @model_validator(mode="wrap")
+    @model_validator(mode="wrap")  # the last, so that a family checks nothing itself
     @classmethod
     def _of_its_kind(cls, data: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Any:
         if not cls.is_family():
@@ -236,19 +207,46 @@ class TableFamily(Table):
             return data
         if not isinstance(data, dict):
             raise PydanticCustomError("model_type", "a table")
-        kind = cls.kind_of(data)
-        if kind is None:
-            names = {"key": cls.kind_key, "names": list(cls.kinds)}
-            raise PydanticCustomError("kind", "a table whose {key} is one of its kinds", names)
-        return kind.model_validate(data, context=info.context)
+        if kind := cls.kind_of(data):
+            return kind.model_validate(data, context=info.context)
+        names = {"key": cls.kind_key, "names": list(cls.kinds)}
+        raise PydanticCustomError("kind", "a table whose {key} is one of its kinds", names)
+
+    @property
+    def origin(self) -> str:
+        """The key that says where the values come from: the file that is read, else the kind of table."""
+        return "path" if "path" in type(self).model_fields else self.kind_key
+
+    def keywords(self) -> dict[str, Any]:
+        """All keys but the kind, with their values; raises AttributeError, as any key does, if one is faulty."""
+        return {name: getattr(self, name) for name in type(self).model_fields if name != self.kind_key}
 
 
 class _Fields(dict[str, Any]):
     """Values of the fields of an object that is there already."""
 
 
+def _init_of(fields: Mapping[str, FieldInfo]) -> Any:
+    """An ``__init__`` whose arguments are the fields, by position or by name."""
+    required = [field.is_required() for field in fields.values()]
+    kind = Parameter.POSITIONAL_OR_KEYWORD if required == sorted(required, reverse=True) else Parameter.KEYWORD_ONLY
+    defaults = [Parameter.empty if field.is_required() else field.default for field in fields.values()]
+    arguments = [Parameter(name, kind, default=value) for name, value in zip(fields, defaults, strict=True)]
+
+    def __init__(self: Description, *values: Any, **named: Any) -> None:
+        try:
+            named = {name: value for name, value in named.items() if (name, value) != (self.kind_key, self.kind_name)}
+            given = Signature(arguments).bind(*values, **named).arguments
+        except TypeError as error:
+            raise TypeError(f"{type(self).__name__}({', '.join(fields)}): {error}") from None
+        self._take(**given)
+
+    vars(__init__)["__signature__"] = Signature([Parameter("self", Parameter.POSITIONAL_ONLY), *arguments])
+    return __init__
+
+
 @dataclass_transform(kw_only_default=False, field_specifiers=(Field,))
-class Description(TableFamily):
+class Description(Table):
     """What an input describes and Python makes, with the same fields: a wall, a substrate, a surface.
 
     The fields are the arguments in Python, by position or by name, and the keys of a table.  Objects are immutable;
@@ -258,37 +256,22 @@ class Description(TableFamily):
     example: ClassVar[Mapping[str, Any]]
     """Keys of one object of this kind, of which what holds for every kind is tested."""
 
-    def __init__(self, *values: Any, **named: Any) -> None:
-        self._take(*values, **named)
-
     @classmethod
     def __pydantic_init_subclass__(cls, *, kind: str = "", **options: Any) -> None:
         super().__pydantic_init_subclass__(kind=kind, **options)
-        if "__init__" not in vars(cls):  # one whose signature names the fields
-
-            def __init__(self: Description, *values: Any, **named: Any) -> None:
-                self._take(*values, **named)
-
-            one, fields = Parameter.POSITIONAL_OR_KEYWORD, cls.model_fields.items()
-            defaults = {name: Parameter.empty if field.is_required() else field.default for name, field in fields}
-            given = [Parameter(name, one, default=value) for name, value in defaults.items()]
-            vars(__init__)["__signature__"] = Signature([Parameter("self", Parameter.POSITIONAL_ONLY), *given])
-            cls.__init__ = __init__  # type: ignore[method-assign]
-        # A class that is not yet compiled would show that of its base.
+        if cls.__init__ is Table.__init__ or hasattr(cls.__init__, "__signature__"):  # none of its own
+            cls.__init__ = _init_of(cls.model_fields)  # type: ignore[method-assign]
+        # Before a class is compiled, which is when it is first used, it would show the signature of its base.
         cls.__signature__ = Signature([*signature(cls.__init__).parameters.values()][1:])
 
-    def _take(self, *values: Any, **named: Any) -> None:
+    def _take(self, **given: Any) -> None:
         """Take the values of the fields; raises ArgumentError for the first that is not allowed."""
-        fields = type(self).model_fields
-        given = dict(zip(fields, values, strict=False))
-        if len(values) > len(fields) or not given.keys().isdisjoint(named):
-            raise TypeError(f"{type(self).__name__} has the arguments {', '.join(fields)}, each once")
-        for name, value in (given | named).items():
-            given[name] = value if isinstance(value, np.ndarray) and value.ndim else frozen(value)
+        kept = {name: value for name, value in given.items() if isinstance(value, np.ndarray) and value.ndim}
+        given |= {name: frozen(value) for name, value in given.items() if name not in kept}
         try:
             self.__pydantic_validator__.validate_python(_Fields(given), self_instance=self)
         except ValidationError as error:
-            raise _argument_error(type(self), error.errors(include_url=False)[0]) from None
+            raise _argument_error(type(self), given, error.errors(include_url=False)[0]) from None
 
     @model_validator(mode="wrap")
     @classmethod
@@ -323,92 +306,23 @@ class Description(TableFamily):
         return copy
 
 
-def frozen(value: Any) -> Any:
-    """Lists and arrays as tuples, which strict models ask for; numbers of NumPy and fractions as those of Python."""
-    if type(value) in (float, int, str):
-        return value
-    if isinstance(value, np.generic | np.ndarray):
-        value = value.tolist()
-    if isinstance(value, dict):
-        return {key: frozen(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return tuple(map(frozen, value))
-    return float(value) if isinstance(value, Real) and not isinstance(value, int) else value
-
-
-class InInputs(AfterValidator):
-    """Bounds gt, ge, lt, le of a number, in an input only, beside those of Python: a mistaken unit is likely there."""
-
-    def __init__(self, **bounds: float) -> None:
-        bounded = TypeAdapter(Annotated[float, Field(**bounds)])
-
-        def narrowed(value: Any, info: ValidationInfo) -> Any:
-            return value if info.context is None else bounded.validate_python(value)
-
-        super().__init__(narrowed)
-        vars(self).update(bounds)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return handler(schema) | TypeAdapter(Annotated[float, Field(**vars(self))]).json_schema()
-
-
-_LIMITS = {"gt": "greater than", "ge": "greater than or equal to", "lt": "less than", "le": "less than or equal to"}
-
-
-def limits_of(field: FieldInfo, *, in_inputs: bool = True) -> dict[str, float]:
-    """Bounds of a number by their names gt, ge, lt and le; those of inputs instead of wider ones."""
-    found: dict[str, float] = {}
-    parts = [field.metadata, *(getattr(part, "__metadata__", ()) for part in get_args(field.annotation))]
-    for limit in chain.from_iterable(parts):
-        for one in getattr(limit, "metadata", (limit,)):
-            if in_inputs or not isinstance(one, InInputs):
-                found |= {name: bound for name in _LIMITS if (bound := getattr(one, name, None)) is not None}
-    return {name: found[name] for name in _LIMITS if name in found}
-
-
-def _argument_error(table: type[Table], fault: ErrorDetails) -> Exception:
+def _argument_error(table: type[Table], values: Mapping[str, Any], error: ErrorDetails) -> ArgumentError:
     """The error of a function for one of pydantic's errors."""
-    key, kind, context = [*fault["loc"]], fault["type"], fault.get("ctx", {})
-    if len(key) == 1 and kind in ("missing", "extra_forbidden"):
-        has = "lacks the argument" if kind == "missing" else "has no argument"
-        return TypeError(f"{table.__name__} {has} {key[0]}; it has {', '.join(table.model_fields)}")
-    if kind == "inconsistent":
-        return ArgumentError(*context["first"])
-    if kind == "missing":
-        key = key[:-1]
-    name, field = "", None
+    if error["type"] == "inconsistent":
+        return ArgumentError(*error["ctx"]["first"])
+    key, holder, field, _ = located(error["loc"], values, table)
+    given, words = error["input"], what_is_allowed(error, field, in_inputs=False)
+    if error["type"] == "missing":  # of a list of so many entries, or of the arguments of an object inside
+        key, field = key[:-1], None
+    if error["type"] == "model_type" and field:
+        holder = table_in(field.annotation)
+    if error["type"] in ("missing", "model_type", "extra_forbidden") and holder and not isinstance(given, tuple):
+        words = f"a {holder.__name__}" if holder.is_family() else f"({', '.join(holder.model_fields)})"
+        given = tuple(given.values()) if isinstance(given, dict) else given
+    name = ""
     for part in key:
-        if isinstance(part, int):
-            name += f"[{part}]"
-        else:
-            table = table_in(field.annotation) or table if field else table
-            field = table.model_fields.get(part)
-            name = f"{part} of {name}" if name else part
-    arguments = table_in(field.annotation) if field and kind == "missing" else None
-    allowed = f"({', '.join(arguments.model_fields)})" if arguments else _allowed(fault, field)
-    given = fault["input"]
-    return ArgumentError(name, tuple(given.values()) if arguments and isinstance(given, dict) else given, allowed)
-
-
-_OF_NUMBERS = ("float_type", "finite_number", "greater_than", "greater_than_equal", "less_than", "less_than_equal")
-_PLAINLY = {"bool_type": "True or False", "too_long": "a list of at most {max_length} entries", "tuple_type": "a list"}
-
-
-def _allowed(fault: ErrorDetails, field: FieldInfo | None) -> str:
-    """What an argument may be, in the words of :mod:`continuum.arguments`."""
-    kind, annotation, limits = fault["type"], None, {}
-    if field:
-        annotation, limits = field.annotation, limits_of(field, in_inputs=False)
-    if kind == "literal_error":
-        return "one of " + ", ".join(f'"{choice}"' for choice in get_args(annotation))
-    if kind == "missing":
-        return f"{len(get_args(annotation))} entries"
-    if kind in _OF_NUMBERS and annotation is not int:
-        words = " and ".join(f"{_LIMITS[name]} {bound:g}" for name, bound in limits.items())
-        return f"a finite number {words}".rstrip()
-    if kind in (*_OF_NUMBERS, "int_type"):
-        return f"a whole number from {limits.get('ge', 0):g} " + (f"to {limits['le']:.15g}" if "le" in limits else "on")
-    return _PLAINLY[kind].format(**fault.get("ctx", {})) if kind in _PLAINLY else fault["msg"]
+        name = f"{name}[{part}]" if isinstance(part, int) else f"{part} of {name}".removesuffix(" of ")
+    return ArgumentError(name, given, words)
 
 
 @cache
@@ -432,19 +346,53 @@ def explained(table: type[Table]) -> dict[str, FieldInfo]:
 
 def table_in(annotation: Any) -> type[Table] | None:
     """The table, or the family of tables, that a key of a type may hold, itself or in a list."""
-    if isinstance(annotation, type) and get_origin(annotation) is None:
-        return annotation if issubclass(annotation, Table) else None
-    return next(filter(None, map(table_in, get_args(annotation))), None)
+    return next((part for part in parts(annotation) if isinstance(part, type) and issubclass(part, Table)), None)
 
 
 def tables_in(annotation: Any) -> tuple[type[Table], ...]:
     """The tables that a key of a type may hold, each kind of a family."""
     table = table_in(annotation)
-    if table is None:
-        return ()
-    return (
-        tuple(dict.fromkeys(table.kinds.values())) if issubclass(table, TableFamily) and table.is_family() else (table,)
-    )
+    return () if table is None else tuple(dict.fromkeys(table.kinds.values())) if table.is_family() else (table,)
+
+
+class Place(NamedTuple):
+    """Where in a table one of pydantic's errors is."""
+
+    key: Key
+    holder: type[Table] | None
+    """The table that holds the key."""
+    field: FieldInfo | None
+    among: Key | None
+    """The key that may have several types, of which the error is that of one."""
+
+
+def located(location: tuple[int | str, ...], data: Any, table: type[Table]) -> Place:
+    """Where an error of a table is."""
+    key, among = Key(), None
+    inner: type[Table] | None = table
+    holder, field = inner, None
+    for part in location:
+        if isinstance(part, int) and not isinstance(data, tuple):  # one value in place of a list
+            continue
+        if isinstance(part, int):
+            data = data[part] if part < len(data) else None
+        elif inner is not None:
+            holder, field = inner, explained(inner).get(part)
+            data = data.get(part) if isinstance(data, Mapping) else None
+        elif isinstance(data, Mapping) and part in data:
+            holder, field, data = None, None, data[part]
+        else:
+            among = key if among is None else among
+            continue
+        inner = table_of(field, data)
+        key = (*key, part)
+    return Place(key, holder, field, among)
+
+
+def table_of(field: FieldInfo | None, data: Any) -> type[Table] | None:
+    """The table that a field holds: of several, the one whose kind is that of the data."""
+    table = table_in(field.annotation) if field else None
+    return table.kind_of(data) if table else None
 
 
 def _plain(value: Any, identity: bool) -> Any:
@@ -456,52 +404,3 @@ def _plain(value: Any, identity: bool) -> Any:
     if isinstance(value, tuple):
         return [_plain(item, identity) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _existing(value: object, info: ValidationInfo) -> Path:
-    if isinstance(value, dict) and (info.context or {}).get("restored"):
-        return Path(str(value.get("name")))
-    if isinstance(value, str):
-        path = Path(str((info.context or {}).get("folder", "."))) / value
-    elif isinstance(value, Path):
-        path = value
-    else:
-        raise PydanticCustomError("file_name", "the name of a file, in quotes")
-    if not os.path.isfile(path):  # noqa: PTH113 - Path.is_file raises for names with a NUL, or far too long
-        raise PydanticCustomError("missing_file", "an existing file, relative to the folder of this input")
-    return path
-
-
-def both_directions(
-    kind: type[int] | type[float], low: float, high: float, allowed: str, *, one_for_both: bool = False
-) -> BeforeValidator:
-    """Validator: two numbers, along x and y, or where one serves for both directions that one."""
-
-    def both(value: Any) -> Any:
-        values = (value, value) if one_for_both and not isinstance(value, (tuple, list)) else value
-        kinds = (int,) if kind is int else (int, float)
-        sound = isinstance(values, (tuple, list)) and len(values) == 2
-        sound = sound and all(type(v) in kinds and low <= v <= high for v in values)
-        if not sound:
-            raise PydanticCustomError("pair", "{allowed}", {"allowed": allowed})
-        return tuple(kind(v) for v in values)
-
-    return BeforeValidator(both)
-
-
-InputFile = Annotated[Path, BeforeValidator(_existing)]
-"""A file that must exist, relative to the input file; the identity contains its content."""
-Positive = Annotated[float, Field(gt=0)]
-Seed = Annotated[int, Field(ge=0, lt=2**63)]
-"""Seed of random numbers."""
-
-
-def _or_infinite(value: Any, finite: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-    in_python = info.context is None and isinstance(value, float) and value == math.inf
-    return math.inf if value is None or in_python else finite(value)
-
-
-OrInfinite = Annotated[float, Field(gt=0), WrapValidator(_or_infinite)]
-"""A positive number; infinite in Python, and not given in an input, where there is no bound."""
-Fraction = Annotated[float, Field(gt=0, lt=1)]
-"""A number between 0 and 1."""

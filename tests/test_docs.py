@@ -26,13 +26,13 @@ import pytest
 import atomistic.cli
 import continuum.cli
 from continuum.files.provenance import Citation
+from continuum.keys import LARGEST_N
 from continuum.measure.outline import outline
 from continuum.model.grid import Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.paper.figures import FIGURES
 from continuum.runs import cost
-from continuum.tables import LARGEST_N
 from docs.studies.map_of_the_tutorial import HEAD, MAP, heights
 
 ROOT = Path(__file__).parent.parent

@@ -15,24 +15,16 @@ from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from continuum.arguments import ArgumentError
 from continuum.files.tables import Document
+from continuum.keys import ForBoth, Fraction, InputFile, Positive
 from continuum.runs.config import ToleranceTable
-from continuum.tables import (
-    Fault,
-    Fraction,
-    InputFile,
-    Positive,
-    Table,
-    TableFamily,
-    both_directions,
-    constraint,
-)
+from continuum.tables import Fault, Table, constraint
 from continuum.units import parse
 
 SHALLOWEST, DEEPEST = 2.0, 512.0
 """Depth of a slab, in a0."""
 
 
-class Interatomic(TableFamily):
+class Interatomic(Table):
     """[interatomic]: what holds the atoms together."""
 
     kind_key: ClassVar[str] = "kind"
@@ -249,10 +241,13 @@ class CrystalTable(Table):
         return x, y
 
 
+_Atoms = Annotated[int, Field(ge=8, le=512)]
+
+
 class SlabTable(Table):
     """The atoms."""
 
-    n: Annotated[int, Field(ge=8, le=512)]
+    n: _Atoms
     """surface atoms along x and along y; the period is n a0"""
     depth: Annotated[float, Field(ge=SHALLOWEST, le=DEEPEST)]
     """from the surface plane to the frozen base, in a0, rounded to whole layers"""
@@ -269,10 +264,7 @@ class SlabTable(Table):
 class DeckSlabTable(Table):
     """The atoms of a deck."""
 
-    n: Annotated[
-        tuple[int, int],
-        both_directions(int, 8, 512, "a whole number from 8 to 512, or two in a list [nx, ny]", one_for_both=True),
-    ] = (0, 0)
+    n: Annotated[tuple[_Atoms, _Atoms], ForBoth] = (0, 0)
     """surface atoms along x and y, or one number for both; the period is n a0, of other crystals than fcc(100) the
     nearest whole number of their cells; left out with atoms of a file, which have their own"""
     depth: Annotated[float, Field(ge=SHALLOWEST, le=DEEPEST)]

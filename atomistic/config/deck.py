@@ -15,11 +15,12 @@ from continuum.files import kinds as kinds  # defines the tables that an input k
 from continuum.files.inputs import parsed, source_of
 from continuum.files.tables import Document
 from continuum.files.toml import Source
+from continuum.keys import Fraction, InputFile
 from continuum.model.grid import Grid
 from continuum.model.surface import Surface
 from continuum.model.walls import Wall
 from continuum.sticky.tables import Length
-from continuum.tables import Fault, Fraction, InputFile, constraint
+from continuum.tables import Fault, constraint
 from continuum.topography.map import Topography
 from continuum.topography.mending import wall_from_map
 from continuum.topography.quantities import sizes_of, units_of

@@ -12,7 +12,8 @@ import numpy as np
 from pydantic import Field
 
 from atomistic.lammps.protocol import Motion
-from continuum.tables import Fault, Positive, TableFamily, constraint
+from continuum.keys import Positive
+from continuum.tables import Fault, Table, constraint
 from continuum.units import Units, parse
 
 LARGEST = 10_000
@@ -42,7 +43,7 @@ class Steps(NamedTuple):
     """The wall that moves above warm atoms; the values are then its separations or pressures."""
 
 
-class ProtocolTable(TableFamily):
+class ProtocolTable(Table):
     """[protocol]: the steps of a deck."""
 
     kind_key: ClassVar[str] = "kind"

@@ -7,9 +7,10 @@ from pydantic import Field
 
 from atomistic.config.crystal import AtomsSolverTable, CrystalTable, Interatomic, SlabTable
 from continuum.files.tables import Document
+from continuum.keys import Fraction, Positive
 from continuum.model.surface import SelfAffineSpectrum
 from continuum.model.walls.spline import AdhesionLength
-from continuum.tables import Fault, Fraction, Positive, Table, constraint
+from continuum.tables import Fault, Table, constraint
 
 _Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
 

@@ -5,7 +5,7 @@ pydantic leaves out if one key is faulty, are made as far as the valid keys allo
 """
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar, get_args
@@ -18,7 +18,8 @@ from pydantic_core import ErrorDetails
 from continuum.arguments import ArgumentError, file_name
 from continuum.files.tables import Document
 from continuum.files.toml import ConfigError, Source, find, nearest, slip
-from continuum.tables import STRICT, Fault, Key, Table, TableFamily, explained, frozen, table_in, tables_in
+from continuum.keys import frozen, what_is_allowed
+from continuum.tables import STRICT, Fault, Key, Place, Table, explained, located, table_of, tables_in
 
 _Document = TypeVar("_Document", bound=Document)
 
@@ -110,34 +111,38 @@ def parsed(source: Source, model: type[_Document], values: Mapping[str, Any] | N
 
 
 _SIGN = "a sign, or a value in other units than a0 and E*"
-_SAID: Mapping[str, tuple[str, str]] = {
-    "bool_type": ("true or false", "quotes, or a capital letter"),
-    "finite_number": ("", "NaN or infinity, from a failed calculation"),
-    "float_type": ("a number", "a number in quotes, or true/false"),
-    "greater_than": ("", _SIGN),
-    "greater_than_equal": ("", _SIGN),
-    "int_type": ("a whole number", "a decimal point or quotes where a count belongs"),
-    "missing": ("this key is required", "a line left out, or a misspelt key"),
-    "missing_file": ("", "a misspelt name, or a path relative to another folder"),
-    "model_type": ("a table, [{place}]", ""),
-    "string_pattern_mismatch": ("text of this form", ""),
-    "string_type": ("text in quotes", "quotes left out"),
-    "too_long": ("at most {max_length} entries", ""),
-    "too_short": ("at least {min_length} entries", ""),
-    "tuple_type": ("a list in [brackets]", "one value without [brackets]"),
+_CAUSES: Mapping[str, str] = {
+    "bool_type": "quotes, or a capital letter",
+    "finite_number": "NaN or infinity, from a failed calculation",
+    "float_type": "a number in quotes, or true/false",
+    "greater_than": _SIGN,
+    "greater_than_equal": _SIGN,
+    "int_type": "a decimal point or quotes where a count belongs",
+    "missing": "a line left out, or a misspelt key",
+    "missing_file": "a misspelt name, or a path relative to another folder",
+    "string_type": "quotes left out",
+    "tuple_type": "one value without [brackets]",
 }
-"""For kinds of pydantic's errors what is allowed, if it says so less well, and the usual cause."""
+"""The usual cause of each kind of pydantic's errors."""
+_WORDS: Mapping[str, str] = {
+    "bool_type": "true or false",
+    "missing": "this key is required",
+    "model_type": "a table, [{place}]",
+    "string_pattern_mismatch": "text of this form",
+    "string_type": "text in quotes",
+}
+"""What is allowed, where files have words of their own."""
 
 
 def _complete(
     errors: list[ErrorDetails], data: Any, model: type[Table], context: Mapping[str, Any]
 ) -> tuple[list[Fault], Any]:
     """Faults of single keys; a table whose kind is misspelt is checked as the kind that was probably meant."""
-    faults = [_translate(error, data, model) for error in errors if error["type"] != "inconsistent"]
-    mended = data
-    for error, fault in zip([e for e in errors if e["type"] != "inconsistent"], faults, strict=True):
-        if error["type"] == "kind" and (meant := _meant(error)):
-            mended = _replaced(mended, fault.key, meant)
+    faults, mended = list[Fault](), data
+    for place, found in _at_each_key(errors, data, model):
+        faults.append(_translate(place, found, model))
+        if found[0]["type"] == "kind" and (meant := _meant(found[0])):
+            mended = _replaced(mended, faults[-1].key, meant)
     if mended is not data:
         try:
             model.model_validate(mended, context=context)
@@ -161,13 +166,30 @@ def _meant(error: ErrorDetails) -> str | None:
     return nearest(str(error["input"].get(error["ctx"]["key"], "")), error["ctx"]["names"])
 
 
-def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
-    """Translate one of pydantic's errors into a fault of the input file."""
-    kind = error["type"]
-    key, table, field = _locate(error["loc"], data, model)
+def _at_each_key(
+    errors: list[ErrorDetails], data: Any, model: type[Table]
+) -> Collection[tuple[Place, list[ErrorDetails]]]:
+    """Errors by the key that they are of: several where a key may have several types, and the value fits none.
+
+    A list with a faulty entry fits the type of a list better than that of a number, whose error is left out.
+    """
+    placed = [(located(error["loc"], data, model), error) for error in errors if error["type"] != "inconsistent"]
+    deepest: dict[Key | None, int] = {}
+    for place, _ in placed:
+        deepest[place.among] = max(deepest.get(place.among, 0), len(place.key))
+    found: dict[Key, tuple[Place, list[ErrorDetails]]] = {}
+    for place, error in placed:
+        if place.among is None or len(place.key) == deepest[place.among]:
+            found.setdefault(place.key, (place, []))[1].append(error)
+    return found.values()
+
+
+def _translate(place: Place, errors: list[ErrorDetails], model: type[Table]) -> Fault:
+    """Translate pydantic's errors at a key into a fault of the input file."""
+    (key, table, field, _), error, kind = place, errors[0], errors[0]["type"]
     about = f" ({' '.join(field.description.split())})" if field and field.description else ""
-    if kind == "missing" and field and isinstance(key[-1], int):  # of a list of so many entries
-        return Fault(key[:-1], f"{len(get_args(field.annotation))} entries{about}")
+    if kind == "missing" and isinstance(key[-1], int):  # of a list of so many entries
+        return Fault(key[:-1], what_is_allowed(error, field, in_inputs=True) + about)
     if kind == "extra_forbidden" and table is not None:
         keys = explained(table)
         hint = slip(key[-1], keys, "misspelt; did you mean {}?", _where_it_belongs(key, model))
@@ -179,15 +201,12 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
         allowed = "one of " + ", ".join(f'"{name}"' for name in error["ctx"]["names"])
         meant = _meant(error)
         return Fault(key, allowed, f'misspelt; did you mean "{meant}"?' if meant else "")
-    if kind == "literal_error":
-        choices = [str(choice) for choice in get_args(field.annotation)] if field else []
-        allowed = ("one of " if len(choices) > 1 else "") + ", ".join(f'"{name}"' for name in choices)
-        return Fault(key, allowed + about, slip(error["input"], choices, 'misspelt; did you mean "{}"?'))
-    context, (said, cause) = error.get("ctx", {}), _SAID.get(kind, ("", ""))
-    allowed = said.format(place=".".join(map(str, key)), **context) or error["msg"].removeprefix("Input should be ")
-    if kind == "greater_than_equal":  # a bound such as 1e-100, which only excludes zero, has all its zeros
-        allowed = "greater than 0" if 0 < context["ge"] < 1e-50 else f"greater than or equal to {context['ge']:g}"
-    return Fault(key, allowed.removeprefix("a valid ") + about, cause)
+    cause = _CAUSES.get(kind, "")
+    if kind == "literal_error" and field:
+        cause = slip(error["input"], map(str, get_args(field.annotation)), 'misspelt; did you mean "{}"?')
+    words = (_WORDS.get(each["type"]) or what_is_allowed(each, field, in_inputs=True) for each in errors)
+    allowed = ", or ".join(dict.fromkeys(words)).replace("{place}", ".".join(map(str, key)))
+    return Fault(key, allowed + about, cause)
 
 
 def _where_it_belongs(key: Key, model: type[Table]) -> str:
@@ -208,32 +227,6 @@ def _homes(name: str, model: type[Table], place: tuple[str, ...]) -> Iterator[tu
             if name in table.model_fields:
                 yield (*place, key)
             yield from _homes(name, table, (*place, key))
-
-
-def _locate(
-    location: tuple[int | str, ...], data: Any, model: type[Table]
-) -> tuple[Key, type[Table] | None, FieldInfo | None]:
-    """Key in the file of pydantic's location; the table that holds it, and its field there."""
-    key: Key = ()
-    table: type[Table] | None = model
-    holder, field = table, None
-    for part in location:
-        if isinstance(part, int):
-            data = data[part] if isinstance(data, tuple) and part < len(data) else None
-        else:
-            holder, field = table, explained(table).get(part) if table else None
-            data = data.get(part) if isinstance(data, Mapping) else None
-        table = _table_of(field, data) if field else None
-        key = (*key, part)
-    return key, holder, field
-
-
-def _table_of(field: FieldInfo, data: Any) -> type[Table] | None:
-    """The table that a field holds: of several, the one whose kind is that of the data."""
-    table = table_in(field.annotation)
-    if table is None or not issubclass(table, TableFamily) or not table.is_family():
-        return table
-    return table.kind_of(data) if isinstance(data, Mapping) else None
 
 
 def _contradictions(
@@ -259,7 +252,7 @@ def _inner_tables(
     """The table or the array of tables that a key holds, with its place; nothing for plain values."""
     items = [((*key, i), item) for i, item in enumerate(value)] if isinstance(value, tuple) else [(key, value)]
     for here, item in items:
-        table = _table_of(field, item) if isinstance(item, Mapping) else None
+        table = table_of(field, item) if isinstance(item, Mapping) else None
         if table is not None and not {key, here} & bad:
             yield table, item, here
 

@@ -7,12 +7,13 @@ import numpy as np
 
 from continuum.files.maps import HDF5_SUFFIXES, read_map, stands_for_nothing
 from continuum.files.text import read_text
+from continuum.keys import InputFile
 from continuum.model import surfaces as surfaces
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Surface
 from continuum.model.walls import TabulatedWall, Wall
-from continuum.tables import Fault, InputFile, constraint
+from continuum.tables import Fault, constraint
 
 
 class TableWall(Wall, kind="table"):

@@ -16,7 +16,8 @@ from pydantic.fields import FieldInfo
 from continuum.files.inputs import load
 from continuum.files.tables import Document
 from continuum.files.toml import find, text_of
-from continuum.tables import Table, explained, limits_of, tables_in
+from continuum.keys import ForBoth, limits_of
+from continuum.tables import Table, explained, tables_in
 
 _WIDTH = 100
 _BOUNDS: Mapping[str, str] = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
@@ -80,10 +81,9 @@ def _about(table: type[Table]) -> str:
 def _entry(name: str, field: FieldInfo) -> Entry:
     default = "" if field.is_required() else _toml(field.get_default(call_default_factory=True))
     limits = limits_of(field)
-    if limits.get("ge", math.inf) <= limits.get("gt", -math.inf):
-        del limits["ge"]
     bounds = [f"{_BOUNDS[name]} {bound:g}" for name, bound in limits.items()]
-    kind, meaning = ", ".join([_words(field.annotation), *bounds]), " ".join((field.description or "").split())
+    kind = ", ".join([_words(field.rebuild_annotation()), *bounds])
+    meaning = " ".join((field.description or "").split())
     is_quantity = re.search(r"(?<!whole )number|text", kind) is not None
     return Entry(name, kind, unit_said(meaning) if is_quantity else "", default, meaning)
 
@@ -106,11 +106,12 @@ def _words(annotation: Any) -> str:
     if origin is Literal:
         return " or ".join(f'"{choice}"' if isinstance(choice, str) else str(choice) for choice in arguments)
     if origin is tuple:
-        if arguments[-1] is Ellipsis:
-            return "list of " + _PLURAL.sub(r"\1\2s", _words(arguments[0]))
-        return f"{_words(arguments[0])}, or two of them in [brackets]"
+        several = _PLURAL.sub(r"\1\2s", _words(arguments[0]))
+        return f"list of {several}" if arguments[-1] is Ellipsis else f"list of {len(arguments)} {several}"
     if hasattr(annotation, "__metadata__"):
-        return _words(annotation.__origin__)
+        words = _words(annotation.__origin__)
+        one = f"{_words(get_args(annotation.__origin__)[0])}, or " if ForBoth in annotation.__metadata__ else ""
+        return one + words
     parts = [_words(part) for part in arguments if part is not type(None)]
     return " or ".join(dict.fromkeys(parts)) if parts else getattr(annotation, "__name__", str(annotation))
 

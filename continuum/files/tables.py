@@ -10,7 +10,8 @@ from pydantic import PrivateAttr
 
 from continuum.files.provenance import made_by, provenance
 from continuum.files.toml import ConfigError, Source, text_of
-from continuum.tables import Fault, Table, frozen
+from continuum.keys import frozen
+from continuum.tables import Fault, Table
 
 _Document = TypeVar("_Document", bound="Document")
 

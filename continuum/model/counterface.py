@@ -5,15 +5,16 @@ from dataclasses import replace
 from typing import Annotated, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from continuum.arguments import ArgumentError, field, number, pair
+from continuum.keys import Seed
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments, Surface, shifted
-from continuum.tables import Description, Fault, Seed, both_directions, constraint
+from continuum.tables import Description, Fault, constraint
 
-_FARTHEST = 1e6
-_SHIFT = "two numbers [x, y], in a0"
+_Shift = Annotated[float, Field(ge=-1e6, le=1e6)]
 BEYOND = "no shift, or one of zero, where nothing is repeated"
 BEYOND_WHY = "what lies beyond the map is not known: cut the map of the second body where it is to lie"
 _TURNS = "a multiple of 90 degrees: any other turn breaks the period"
@@ -50,7 +51,7 @@ class Counterface(Description):
 
     surface: Surface
     """its heights, positive towards the surface; the keys of [surface]"""
-    shift: Annotated[tuple[float, float], both_directions(float, -_FARTHEST, _FARTHEST, _SHIFT)] = (0.0, 0.0)
+    shift: tuple[_Shift, _Shift] = (0.0, 0.0)
     """shift along x and y, periodic, in a0; none where nothing is repeated"""
     shift_seed: Seed | None = None
     """seed of a uniformly random shift over the period; instead of shift"""

@@ -10,11 +10,13 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from continuum.arguments import array, count, number, pair
+from continuum.keys import LARGEST_N, ForBoth, Points
 from continuum.model import fourier
 from continuum.model.fourier import Complex, Real, block_edges, padded
-from continuum.tables import LARGEST_N, Fault, Table, both_directions, constraint
+from continuum.tables import Fault, Table, constraint
 
 SHORTEST, LONGEST = 1e-30, 1e30
 """Bounds of periods, in any unit, within which fourth powers of wavevectors do not overflow."""
@@ -189,17 +191,15 @@ def _half(n: int) -> int:
 
 
 _POINTS = f"a whole number from 2 to {LARGEST_N}, or two in a list [nx, ny]"
-_PERIOD = f"a whole number of a0 from 1 to {LARGEST_N}, or two [Lx, Ly]"
+_Period = Annotated[float, Field(ge=1, le=LARGEST_N)]
 
 
 class GridTable(Table):
     """[grid]: the points of the surface, one or k x k for each surface atom."""
 
-    n: Annotated[tuple[int, int], both_directions(int, 1, LARGEST_N, _POINTS, one_for_both=True)]
+    n: Annotated[tuple[Points, Points], ForBoth]
     """points along x and y; [1, ny] is a line"""
-    period: Annotated[tuple[float, float] | None, both_directions(float, 1, LARGEST_N, _PERIOD, one_for_both=True)] = (
-        None
-    )
+    period: Annotated[tuple[_Period, _Period], ForBoth] | None = None
     """period along x and y, in a0; n if not given"""
 
     @property

@@ -10,9 +10,10 @@ import numpy as np
 from pydantic import Field
 
 from continuum.arguments import ArgumentError, field, instance
+from continuum.keys import Fraction, Positive
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.tables import Description, Fault, Fraction, Positive, constraint
+from continuum.tables import Description, Fault, constraint
 
 SMALLEST_SLOPE, LARGEST_SLOPE = 1e-100, 10.0
 """Bounds of the rms slope: below, its square underflows; above, heights are probably in other units than a0."""
@@ -174,7 +175,7 @@ class SelfAffine(SelfAffineSpectrum):
     """whether the realisation is scaled to exactly that rms slope, or scatters about it"""
 
     def __init__(self, hurst: float, rms_slope: float, lambda_s: float, lambda_L: float, rescale: bool = True) -> None:
-        self._take(hurst, lambda_s, lambda_L, rms_slope, rescale)
+        self._take(hurst=hurst, lambda_s=lambda_s, lambda_L=lambda_L, rms_slope=rms_slope, rescale=rescale)
 
     def power_q(self, grid: Grid) -> Real:
         """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope."""

@@ -10,11 +10,12 @@ import numpy as np
 from pydantic import Field
 
 from continuum.arguments import ArgumentError, count, instance
+from continuum.keys import LARGEST_N, InInputs, Positive, Seed
 from continuum.model import surface
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments, SelfAffineSpectrum, Slope, Surface
-from continuum.tables import LARGEST_N, Fault, InInputs, Positive, Seed, both_directions, constraint
+from continuum.tables import Fault, constraint
 
 HIGHEST = 1e30
 """Larger heights, in a0, are refused: their squares would overflow."""
@@ -82,6 +83,9 @@ class SelfAffineSurface(SelfAffineSpectrum, kind="self-affine"):
         return self.spectrum(self._slope(grid)).expected_moments(grid)
 
 
+_Waves = Annotated[int, Field(ge=-LARGEST_N, le=LARGEST_N)]
+
+
 class SineSurface(Surface, kind="sine"):
     """[surface] of kind "sine"."""
 
@@ -90,9 +94,7 @@ class SineSurface(Surface, kind="sine"):
 
     amplitude: Annotated[float, Field(ge=-HIGHEST, le=HIGHEST), InInputs(gt=0)]
     """half the height from valley to crest, in a0"""
-    waves: Annotated[
-        tuple[int, int], both_directions(int, -LARGEST_N, LARGEST_N, "two whole numbers [mx, my], along x and y")
-    ]
+    waves: tuple[_Waves, _Waves]
     """waves per period along x and y, negative for the other diagonal"""
 
     @constraint

@@ -10,12 +10,13 @@ from typing import Annotated, Literal, NamedTuple, Self, get_args
 import numpy as np
 
 from continuum.arguments import choice, number
+from continuum.keys import Fraction, InInputs, Positive
 from continuum.measure.contact import Equilibrium, totals_of
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.crossing import Bracket
 from continuum.solve.solution import NotConvergedError, Solution, Status
-from continuum.tables import Description, Fraction, InInputs, Positive
+from continuum.tables import Description
 
 Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
 CONTROLS: tuple[Control, ...] = get_args(Control)

@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 from continuum.arguments import choice
 from continuum.files import kinds as kinds
 from continuum.files.tables import Document
+from continuum.keys import Fraction
 from continuum.model.counterface import Counterface
 from continuum.model.grid import GridTable
 from continuum.model.substrates import Response
@@ -22,7 +23,7 @@ from continuum.model.walls import Wall
 from continuum.path.state import YIELDS, Control, Search
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import LOOSEST, MOST_THREADS, Settings
-from continuum.tables import Description, Fault, Fraction, Table, constraint
+from continuum.tables import Description, Fault, Table, constraint
 
 
 def _device(value: str) -> str:

@@ -5,24 +5,14 @@ Each key is also an argument of :func:`continuum.predict` and an option of the c
 
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator
+from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from continuum import possible
 from continuum.files.tables import Document
-from continuum.tables import InputFile, Table
+from continuum.keys import InputFile, OneOrSeveral
+from continuum.tables import Table
 from continuum.topography.mending import Detrending
-
-
-def _several(value: Any, validated: ValidatorFunctionWrapHandler) -> Any:
-    """Accept one value in place of a list of one."""
-    if isinstance(value, tuple | list):
-        return validated(value)
-    try:
-        return validated((value,))
-    except ValidationError as error:
-        fault = error.errors()[0]
-        raise PydanticCustomError(fault["type"], "{text}", {"text": fault["msg"]}) from None
 
 
 def _quantity(kind: possible.Kind) -> AfterValidator:
@@ -38,7 +28,7 @@ def _quantity(kind: possible.Kind) -> AfterValidator:
     return AfterValidator(check)
 
 
-Texts = Annotated[tuple[str, ...], WrapValidator(_several)]
+Texts = Annotated[tuple[str, ...], OneOrSeveral]
 Length = Annotated[str, _quantity("wavelength")]
 Modulus = Annotated[str, _quantity("modulus")]
 
@@ -46,7 +36,7 @@ Modulus = Annotated[str, _quantity("modulus")]
 class TopographyTable(Table):
     """One measured map, or two that face each other, and how they are prepared."""
 
-    maps: Annotated[tuple[InputFile, ...], WrapValidator(_several), Field(min_length=1)]
+    maps: Annotated[tuple[InputFile, ...], OneOrSeveral, Field(min_length=1)]
     """Files of the maps; two for two rough bodies, several for one surface with join."""
     size: Texts = ()
     """Physical size LX or LX,LY, as 10um; x is along a line of text, and along the first index of an array; one length
@@ -71,7 +61,7 @@ class TopographyTable(Table):
     fill: str | float | None = None
     """Fill missing points, scars and outliers, up to this share of all points, as 5% (default: missing points only, up
     to 1%)."""
-    void: Annotated[tuple[str | float, ...], WrapValidator(_several)] = ()
+    void: Annotated[tuple[str | float, ...], OneOrSeveral] = ()
     """Number that stands for a missing height, in the unit of the file, as 99999; may be repeated.  "nan" if none
     does."""
     crop: str | None = None
@@ -90,9 +80,9 @@ class InterfaceTable(Table):
     material: Texts = ()
     """Name of a material with cited values (continuum/sticky/materials.toml).  Given once the other body is rigid,
     given twice both are elastic."""
-    modulus: Annotated[tuple[Modulus, ...], WrapValidator(_several)] = ()
+    modulus: Annotated[tuple[Modulus, ...], OneOrSeveral] = ()
     """Young's modulus of a body, as 70GPa; twice for two."""
-    poisson: Annotated[tuple[str | float, ...], WrapValidator(_several)] = ()
+    poisson: Annotated[tuple[str | float, ...], OneOrSeveral] = ()
     """Poisson's ratio of a body; twice for two."""
     contact_modulus: Modulus | None = None
     """Contact modulus E* = E/(1 - nu^2), as 80GPa, instead of modulus and poisson."""

@@ -20,6 +20,7 @@ from continuum.files.hdf5 import StoreError, UnreadError
 from continuum.files.store import Dataset
 from continuum.files.tables import identity, restored
 from continuum.files.toml import ConfigError
+from continuum.keys import frozen
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
@@ -29,7 +30,6 @@ from continuum.sweeps.folder import TABLE_SCHEMA, Folder
 from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
 from continuum.sweeps.sweep import SweepListing, systems_of
 from continuum.sweeps.workers import TaskResult
-from continuum.tables import frozen
 
 if TYPE_CHECKING:
     import pandas

@@ -13,8 +13,8 @@ import scipy
 
 from continuum import units
 from continuum.arguments import ArgumentError, array, choice, count, instance, number, pair
+from continuum.keys import LARGEST_N
 from continuum.model.fourier import Real
-from continuum.tables import LARGEST_N
 from continuum.topography.map import FLAT, Topography, TopographyError, mirror
 from continuum.topography.quantities import length_of
 from continuum.topography.scanlines import Mask, line_offsets, scan_lines, spikes

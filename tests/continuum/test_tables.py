@@ -18,10 +18,11 @@ from continuum.arguments import ArgumentError
 from continuum.files.inputs import load
 from continuum.files.reference import markdown, schema
 from continuum.files.toml import ConfigError
+from continuum.keys import Positive, frozen, limits_of
 from continuum.model.surface import Surface
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.runs.config import RunConfig
-from continuum.tables import Positive, TableFamily, frozen, limits_of, tables_in
+from continuum.tables import Table, tables_in
 from tests.continuum.test_arguments import ANYTHING
 from tests.kinds import KINDS, made
 
@@ -57,7 +58,7 @@ def test_a_kind_is_known_once_it_is_defined(newcomer: type[Wall]) -> None:
 
 
 def test_a_key_with_fixed_names_names_several_kinds() -> None:
-    class Family(TableFamily):
+    class Family(Table):
         kind_key: ClassVar[str] = "kind"
 
     class Both(Family):

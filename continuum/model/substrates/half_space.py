@@ -22,7 +22,7 @@ class HalfSpace(PeriodicResponse, kind="half-space"):
     """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
 
     def __init__(self, mean: MeanMode = "clamped") -> None:
-        self._take(mean)
+        self._take(mean=mean)
 
     def stiffness(self, grid: Grid) -> Real:
         return with_mean(instance("grid", grid, Grid).wavenumber / 2, self.mean)

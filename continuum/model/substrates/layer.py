@@ -6,11 +6,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from continuum.arguments import instance
+from continuum.keys import Positive
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.layered import decayed_remainder
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, Poisson, with_mean
-from continuum.tables import Positive
 
 
 class Layer(PeriodicResponse, kind="layer"):

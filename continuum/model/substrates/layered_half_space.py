@@ -10,7 +10,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import LONGEST, Grid
 from continuum.model.layered import Solid, layered_stiffness
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, Poisson, with_mean
-from continuum.tables import Description, Fault, constraint, frozen
+from continuum.tables import Description, Fault, constraint
 
 CONTRAST = 1e12
 """Largest ratio of a modulus to E*, or its inverse: beyond it one material is rigid compared with another."""
@@ -78,7 +78,7 @@ class LayeredHalfSpace(PeriodicResponse, kind="layered-half-space"):
         base: tuple[float, float] | Base,
         mean: MeanMode = "clamped",
     ) -> None:
-        self._take(frozen(layers), frozen(base), mean)
+        self._take(layers=layers, base=base, mean=mean)
 
     @constraint
     def _unit(self) -> Iterator[Fault]:

@@ -6,11 +6,11 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import scipy
 
+from continuum.keys import Positive
 from continuum.model.walls.exponential import Exponential
 from continuum.model.walls.spline import LennardJonesSpline
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.model.walls.wall import Wall
-from continuum.tables import Positive
 
 Shape = Literal["spline", "exponential"]
 CORE_PRESSURE = 10.0

@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 import numpy as np
 import scipy
 
+from continuum.keys import Positive
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.wall import Wall
-from continuum.tables import Positive
 from continuum.theory import paper
 
 

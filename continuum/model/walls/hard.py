@@ -6,9 +6,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from continuum.keys import OrInfinite
 from continuum.model.fourier import Real
 from continuum.model.walls.wall import Wall
-from continuum.tables import OrInfinite
 
 
 class HardWall(Wall, kind="hard"):

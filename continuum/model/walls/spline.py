@@ -8,11 +8,11 @@ import numpy as np
 import scipy
 from pydantic import Field, model_validator
 
+from continuum.keys import Fraction, InInputs, Positive
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.wall import CORE, NOT_GIVEN, Instead, Wall
-from continuum.tables import Fraction, InInputs, Positive
 from continuum.theory import paper
 
 LARGEST_RANGE = 3.0

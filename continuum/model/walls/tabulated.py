@@ -45,7 +45,7 @@ class TabulatedWall(Wall):
             msg = "traction: a wall table starts repulsive (traction > 0) and ends where the traction has vanished"
             raise ValueError(msg)
         gap.flags.writeable = traction.flags.writeable = False
-        self._take(gap, traction)
+        self._take(gap=gap, traction=traction)
 
     __eq__ = object.__eq__
     __hash__ = object.__hash__

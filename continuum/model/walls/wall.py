@@ -37,7 +37,7 @@ class Interaction(NamedTuple):
     """d²energy/d gap² = -d traction/d gap, in E*/a0; negative where the law softens."""
 
 
-class derived(cached_property[float]):
+class DerivedNumber(cached_property[float]):
     """A number that follows from the others, except in kinds that have a field of its name.
 
     The class itself has no such attribute, which a field would shadow.
@@ -52,7 +52,7 @@ class derived(cached_property[float]):
 class Wall(Description):
     """[wall]: law between wall and surface; lengths are in a0, tractions in E*."""
 
-    model_config = ConfigDict(ignored_types=(derived,))
+    model_config = ConfigDict(ignored_types=(DerivedNumber,))
     kind_key: ClassVar[str] = "law"
     has_law: ClassVar[bool] = True
     """Whether the traction is a function of the gap."""
@@ -92,9 +92,9 @@ class Wall(Description):
             """Effective range of the attraction, Eq. (S-5); 0 without attraction."""
 
     else:
-        hardness = derived(lambda self: np.inf)
-        range = derived(lambda self: self.effective_range)
-        effective_range = derived(lambda self: self.integrated_range())
+        hardness = DerivedNumber(lambda self: np.inf)
+        range = DerivedNumber(lambda self: self.effective_range)
+        effective_range = DerivedNumber(lambda self: self.integrated_range())
 
     def build(self) -> Wall:
         """The wall that presses: this one, unless a kind describes another, as by a table of its law."""

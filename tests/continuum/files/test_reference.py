@@ -36,6 +36,13 @@ def test_every_key_has_a_type_and_a_meaning(model: type[Document]) -> None:
     assert json.loads(schema(model))["title"] == model.__name__
 
 
+def test_a_pair_is_told_from_a_list_in_whose_place_one_number_may_be_given() -> None:
+    types = {(table.kind or table.place, key.name): key.type for table in entries(RunConfig) for key in table.keys}
+    assert types["[grid]", "n"] == "whole number, or list of 2 whole numbers, >= 1, <= 65536"
+    assert types["[grid]", "period"] == "number, or list of 2 numbers, >= 1, <= 65536"
+    assert types['kind = "sine"', "waves"] == "list of 2 whole numbers, >= -65536, <= 65536"
+
+
 @pytest.mark.parametrize("model", EXAMPLES)
 def test_a_template_is_the_example_with_every_key_described(model: type[Document], tmp_path: Path) -> None:
     text = template(model, EXAMPLES[model])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from continuum.arguments import ArgumentError
+from continuum.keys import LARGEST_N
 from continuum.model.counterface import Counterface
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid, GridTable
@@ -22,7 +23,6 @@ from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJ
 from continuum.model.walls.inverse_powers import LennardJones93
 from continuum.path.state import Search
 from continuum.runs.config import LoadingTable
-from continuum.tables import LARGEST_N
 
 LEAST = 1e-300  # of a positive number
 GRID = Grid((6, 8), (6.0, 8.0))

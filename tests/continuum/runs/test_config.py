@@ -39,7 +39,8 @@ FAULTS = [
     ("period = [24, 30]", "period = [24, 29.5]", 4, "grid.period = [24, 29.5]", "whole number of a0"),
     ("n = [24, 30]", "n = [25, 30]", 3, "grid.n = [25, 30]", "multiple of the period"),
     ("n = [24, 30]", "n = [24, 1]", 3, "grid.n = [24, 1]", "from 2"),
-    ("n = [24, 30]", "n = [0, 30]", 3, "grid.n = [0, 30]", "from 2"),
+    ("n = [24, 30]", "n = [0, 30]", 3, "grid.n[0] = 0", "from 1 to 65536"),
+    ("n = [24, 30]", "n = 0.5", 3, "grid.n = 0.5", "from 1 to 65536"),
     ("hurst = 0.8", "hurst = 1.2", 8, "surface.hurst = 1.2", "less than 1"),
     ("adhesion_length = 0.005", "range = 3.5", 16, "wall.range = 3.5", "at most 3 in an input"),
     ("adhesion_length = 0.005", "adhesion_length = 1", 16, "wall.adhesion_length = 1", "0.375"),
@@ -119,6 +120,24 @@ def test_a_fault_is_named_with_its_place(small: Path) -> None:
         assert "allowed:" in message
 
 
+@pytest.mark.parametrize(
+    ("given", "place", "allowed"),
+    [
+        ('"x"', 'loading.area_tolerance = "x"', "greater than 0 and less than 1, or a list "),
+        ("2.0", "loading.area_tolerance = 2.0", "greater than 0 and less than 1, or a list "),
+        ("[]", "loading.area_tolerance = []", "less than 1, or a list of at least 1 entries"),
+        ('[0.1, "x", 0.1]', 'loading.area_tolerance[1] = "x"', "a finite number greater than 0 and less than 1 ("),
+    ],
+)
+def test_of_a_key_that_may_have_several_types_there_is_one_fault(
+    small: Path, given: str, place: str, allowed: str
+) -> None:
+    small.write_text(SMALL.replace("retract = true", f"area_tolerance = {given}"))
+    message = faults(small)
+    assert f"{small}: 1 fault\n{small}:26: {place}\n" in message
+    assert allowed in message
+
+
 def surface_faults(small: Path, surface: str) -> str:
     """What is said of an input with another table [surface]."""
     before, after = SMALL.split("[surface]\n")[0], SMALL.split("[wall]\n")[1]
@@ -138,7 +157,7 @@ FAULTS_OF_SURFACES = [
     (SPECTRUM + "rms_height = 1e-300", "rms_height = 1e-300"),
     ('kind = "sine"\namplitude = 1e6\nwaves = [1, 0]', "amplitude = 1000000.0"),
     ('kind = "sine"\namplitude = 0.1\nwaves = [13, 0]', "waves = [13, 0]"),
-    ('kind = "sine"\namplitude = 0.1\nwaves = [1.5, 0]', "waves = [1.5, 0]"),
+    ('kind = "sine"\namplitude = 0.1\nwaves = [1.5, 0]', "waves[0] = 1.5"),
     ('kind = "sphere"\nradius = 1e-3', "radius = 0.001"),
     ('kind = "sphere"\nradius = 1e-320', "radius = 1e-320"),
     ('kind = "cylinder"\nradius = 1e-3', "radius = 0.001"),
