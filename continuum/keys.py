@@ -124,9 +124,17 @@ def _existing(value: object, info: ValidationInfo) -> Path:
     return path
 
 
-ForBoth = BeforeValidator(lambda value: tuple(value) if isinstance(value, tuple | list) else (value, value))
+class _OneInPlace(BeforeValidator):
+    """A list in whose place one of its entries may be given."""
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        found = handler(schema)
+        return {"anyOf": [found.get("items") or found["prefixItems"][0], found]}
+
+
+ForBoth = _OneInPlace(lambda value: tuple(value) if isinstance(value, tuple | list) else (value, value))
 """Marks a list of two, along x and y, in place of which one number serves for both directions."""
-OneOrSeveral = BeforeValidator(lambda value: tuple(value) if isinstance(value, tuple | list) else (value,))
+OneOrSeveral = _OneInPlace(lambda value: tuple(value) if isinstance(value, tuple | list) else (value,))
 """Marks a list in place of which one value may be given."""
 InputFile = Annotated[Path, BeforeValidator(_existing)]
 """A file that must exist, relative to the input file; the identity contains its content."""

@@ -4,7 +4,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 from operator import itemgetter
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -113,7 +113,9 @@ def _spread(given: Any) -> Any:
         raise PydanticCustomError("range", "a list, or a range: {cause}", {"cause": str(error)}) from None
 
 
-_Targets = Annotated[tuple[float, ...], BeforeValidator(_spread), Field(min_length=1, max_length=100_000)]
+_List = Annotated[tuple[float, ...], Field(min_length=1, max_length=100_000)]
+_Range = dict[Literal["from", "to", "step", "factor", "count"], float]
+_Targets = Annotated[_List, BeforeValidator(_spread, json_schema_input_type=_List | _Range)]
 
 
 def _unordered(control: Control, targets: tuple[float, ...], *, nearer: bool) -> Iterator[Fault]:

@@ -25,7 +25,7 @@ from continuum.files.inputs import parsed
 from continuum.files.toml import Source, find
 from continuum.model.surface import Surface
 from continuum.model.walls import Wall
-from continuum.tables import tables_in
+from continuum.tables import table_of
 from tests import kinds
 
 COPPER = 'kind = "eam"\nfile = "Cu_mishin1.eam.alloy"'
@@ -172,8 +172,8 @@ def places(tables: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
     """Tables and their keys, also those that the input leaves at their defaults, but for kinds and files."""
     found = []
     for name, table in tables.items():
-        known = tables_in(DeckConfig.model_fields[name].annotation)
-        (kind,) = (known[1:] and (one for one in known if one.kind_of(table) is one)) or known
+        kind = table_of(DeckConfig.model_fields[name], table)
+        assert kind is not None
         found += [(name, key) for key in kind.model_fields if key not in ("kind", "law", "file", "files")]
     return found
 

@@ -40,6 +40,8 @@ def test_a_pair_is_told_from_a_list_in_whose_place_one_number_may_be_given() -> 
     types = {(table.kind or table.place, key.name): key.type for table in entries(RunConfig) for key in table.keys}
     assert types["[grid]", "n"] == "whole number, or list of 2 whole numbers, >= 1, <= 65536"
     assert types["[grid]", "period"] == "number, or list of 2 numbers, >= 1, <= 65536"
+    allowed = json.loads(schema(RunConfig))["$defs"]["GridTable"]["properties"]["n"]["anyOf"]
+    assert [each["type"] for each in allowed] == ["integer", "array"]
     assert types['kind = "sine"', "waves"] == "list of 2 whole numbers, >= -65536, <= 65536"
 
 
