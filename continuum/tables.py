@@ -44,7 +44,6 @@ from pydantic import (
     Discriminator,
     Field,
     GetJsonSchemaHandler,
-    ModelWrapValidatorHandler,
     Tag,
     TypeAdapter,
     ValidationError,
@@ -52,6 +51,7 @@ from pydantic import (
     model_validator,
 )
 from pydantic.fields import FieldInfo
+from pydantic.functional_validators import ModelWrapValidatorHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, ErrorDetails, PydanticCustomError
 
