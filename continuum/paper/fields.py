@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.typing import LineStyleType
+from numpy.typing import NDArray
 from pandas import DataFrame
 
-from continuum.measure.contact import REPULSIVE
+from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.measure.outline import Mask, perimeter_map
 from continuum.measure.profile import GapProfile
 from continuum.model.fourier import Real
@@ -31,6 +32,8 @@ _PROFILE_AREA = 0.01
 """A_rep/A0 at which the profiles are taken."""
 _ABREAST = 3
 """Number of maps in a row of Fig. 1."""
+_FACES = 96
+"""Faces along a side of a body in three dimensions, at most."""
 _MARK = plot.DIFFERENT_COLOUR
 _ARROW: Any = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "linewidth": 0.8, "mutation_scale": 7}
 _Line = tuple[Real, Real, Mask, Mask]
@@ -67,7 +70,7 @@ def contact_areas(chosen: Sequence[tuple[Result, int]]) -> DataFrame:
 
 
 def draw_contact_maps(chosen: Sequence[tuple[Result, int]]) -> Figure:
-    """Fig. 1: maps at a fixed repulsive area with growing adhesion, one patch, and a cut through it."""
+    """Fig. 1: the wall above the surface, maps at a fixed repulsive area with growing adhesion, a patch and a cut."""
     first, last = chosen[0], chosen[-1]
     n, spacing = first[0].grid.shape[0], first[0].grid.spacing[0]
     quarter, small = max(n // 4, 16), min(max(int(80 / spacing), 16), n // 2)
@@ -76,28 +79,60 @@ def draw_contact_maps(chosen: Sequence[tuple[Result, int]]) -> Figure:
     kinds = last[0].contact_map(last[1])
     k, m = _window(kinds == REPULSIVE, small)
     rows = -(-(len(chosen) + 2) // _ABREAST)
-    figure = plot.new_figure(plot.PAGE, 2.25 * rows + 2.3)
-    places = figure.add_gridspec(rows + 1, _ABREAST, height_ratios=[*[2.25] * rows, 1.6])
-    axes = [figure.add_subplot(places[divmod(at, _ABREAST)]) for at in range(len(chosen) + 2)]
-    plot.contact_image(axes[0], whole, first[0].grid.lengths)
-    _frame(axes[0], i, j, quarter, spacing)
-    titles = [rf"$\ell_a/a_0 = {_length(first[0]):.3g}$, whole"]
-    for axis, (result, step) in zip(axes[1:-1], chosen, strict=True):
+    figure = plot.new_figure(plot.PAGE, 2.25 * (rows + 1) + 0.5)
+    places = figure.add_gridspec(rows + 1, _ABREAST)
+    view = figure.add_subplot(places[0], projection="3d")
+    _draw_bodies(view, last)
+    maps = [figure.add_subplot(places[divmod(at, _ABREAST)]) for at in range(1, len(chosen) + 2)]
+    plot.contact_image(maps[0], whole, first[0].grid.lengths)
+    _frame(maps[0], i, j, quarter, spacing)
+    titles = ["wall, lifted, and surface", rf"$\ell_a/a_0 = {_length(first[0]):.3g}$, whole"]
+    for axis, (result, step) in zip(maps[1:], chosen, strict=True):
         part = result.contact_map(step)[i : i + quarter, j : j + quarter]
         plot.contact_image(axis, part, (quarter * spacing, quarter * spacing))
         area = 100 * result.points[step].area_rep
         titles.append(rf"$\ell_a/a_0 = {_length(result):.3g}$, $A_\mathrm{{rep}} = {area:.2g}\,\%$")
-    _frame(axes[-2], k - i, m - j, small, spacing)
-    plot.contact_image(axes[-1], kinds[k : k + small, m : m + small], (small * spacing, small * spacing))
-    titles.append(f"the square of {ascii_uppercase[len(axes) - 2]}")
-    cut = figure.add_subplot(places[rows, :])
-    titles.append(f"cut along the line in {ascii_uppercase[len(axes) - 1]}, heights magnified")
-    for axis in axes:
+    _frame(maps[-1], k - i, m - j, small, spacing)
+    patch, cut = figure.add_subplot(places[rows, 0]), figure.add_subplot(places[rows, 1:])
+    plot.contact_image(patch, kinds[k : k + small, m : m + small], (small * spacing, small * spacing))
+    titles.append(f"the square of {ascii_uppercase[len(maps)]}")
+    titles.append(f"cut along the line in {ascii_uppercase[len(maps) + 1]}, heights magnified")
+    for axis in (*maps, patch):
         axis.set(xlabel="x ($a_0$)", ylabel="y ($a_0$)")
-    key = _cut(cut, axes[-1], last, (k, m, small))
-    plot.letter_panels((*axes, cut), titles)
+    key = _cut(cut, patch, last, (k, m, small))
+    plot.letter_panels((view, *maps, patch, cut), titles)
     plot.legend_below(figure, [*plot.contact_key(), *key])
     return figure
+
+
+def _draw_bodies(axis: Any, drawn: tuple[Result, int]) -> None:
+    """The rigid wall, lifted, above the deformed surface with its contact, in three dimensions."""
+    result, step = drawn
+    gap, heights = result.gap(step), result.heights()
+    axis.set_axis_off()
+    if gap is None or heights is None:
+        axis.text2D(0.5, 0.5, "needs fields = true in [output]", ha="center", va="center", transform=axis.transAxes)
+        return
+    every = max(1, -(-heights.shape[0] // _FACES))
+    x, y = (np.broadcast_to(part, heights.shape)[::every, ::every] for part in result.grid.positions)
+    wall, surface = (field[::every, ::every] for field in (heights, heights - gap + result.wall.zero_gap))
+    shade = np.full((*wall.shape, 4), to_rgba(_MARK, 0.35))
+    kinds = result.contact_map(step)
+    for kind, colour in ((ATTRACTED, plot.ATTRACTED_COLOUR), (REPULSIVE, plot.REPULSIVE_COLOUR)):
+        # A face has the colour of what lies anywhere within it: patches are smaller than faces.
+        touched = np.maximum.reduceat(np.maximum.reduceat(kinds == kind, _starts(kinds, 0, every), 0),
+                                      _starts(kinds, 1, every), 1)  # fmt: skip
+        shade[touched] = to_rgba(colour)
+    faces: Any = {"rstride": 1, "cstride": 1, "linewidth": 0, "antialiased": False}
+    axis.plot_surface(x, y, surface, facecolors=shade, shade=False, **faces)
+    lifted = wall + (surface.max() - wall.min()) + 0.8 * np.ptp(wall)
+    axis.plot_surface(x, y, lifted, color="0.95", **faces)
+    axis.view_init(elev=18, azim=-60)
+    axis.set_box_aspect((1, 1, 0.8), zoom=1.35)
+
+
+def _starts(kinds: NDArray[np.uint8], axis: int, every: int) -> NDArray[np.intp]:
+    return np.arange(0, kinds.shape[axis], every)
 
 
 def _frame(axis: Axes, i: int, j: int, width: int, spacing: float) -> None:

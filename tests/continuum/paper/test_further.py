@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 from pandas import DataFrame
 
 import continuum
@@ -16,6 +17,7 @@ from continuum.paper.page import plot_figure
 from continuum.paper.points import FigureError, SweepData
 from continuum.runs.result import Result
 from continuum.sheet import Sheet
+from continuum.show import plot
 from continuum.solve.tangent import tangent_stiffness
 from continuum.sweeps.folder import Folder
 from tests.printed import faults_in_print
@@ -106,8 +108,12 @@ def test_contact_maps_of_two_adhesion_lengths(tmp_path: Path) -> None:
     data = swept(tmp_path, text + '[sweep.axes]\n"wall.adhesion_length" = [0.0, 0.005]\n')
     drawing = FIGURES["figure1"].make(data)
     np.testing.assert_array_equal(columns(drawing.sheet)["A_rep/A0"], data.table["area_rep"])
-    # The whole, one map each, a part of the last, and a cut through it.
-    assert len(drawing.figure.axes) == 5
+    # Both bodies, the whole, one map each, a part of the last, and a cut through it.
+    assert [axis.name for axis in drawing.figure.axes] == ["3d", *["rectilinear"] * 5]
+    surface = drawing.figure.axes[0].collections[0]
+    orange, black, free = (to_rgba(c) for c in (plot.REPULSIVE_COLOUR, plot.ATTRACTED_COLOUR, plot.DIFFERENT_COLOUR))
+    shown = {tuple(colour[:3]) for colour in surface.get_facecolor()}
+    assert {orange[:3], black[:3], free[:3]} == shown
     assert faults_in_print(drawing.figure) == []
     assert faults_in_print(FIGURES["figure-s1"].make(data).figure) == []
 
