@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,8 @@ from continuum.sticky.criteria import AREA, RoughContact
 
 COMPARED = (0.12, 0.08)
 """Ranges over h_rms that the page sets beside one another."""
+SURFACES, THIN = 3, 0.2
+"""Fewest surfaces of an exponent that the manual quotes, and the range over h_rms below which rims are thin."""
 
 
 def thresholds() -> DataFrame:
@@ -63,9 +66,77 @@ def matched(found: DataFrame) -> str:
 
 def tables() -> str:
     """The sheets, and the works of both ranges."""
+    found = many()
+    return "\n\n".join([*(sheet.markdown() for sheet in dispute_sheets(found)), matched(found)])
+
+
+def many() -> DataFrame:
+    """The thresholds with enough contacts."""
     found = thresholds()
-    many = found[found.squares >= ENOUGH]
-    return "\n\n".join([*(sheet.markdown() for sheet in dispute_sheets(many)), matched(many)])
+    return found[found.squares >= ENOUGH]
+
+
+def fitted() -> DataFrame:
+    """Exponents of each range, law and H: mean over surfaces, half its 95 % interval (0 of one surface), theories."""
+    sheet, _ = dispute_sheets(many())
+    rows = []
+    for cells in sheet.rows:
+        row = dict(zip((column.name for column in sheet.columns), map(str, cells), strict=True))
+        mean, _, half = row["measured, 95 %"].strip("*").partition(" ± ")
+        rows.append({
+            "range": float(row["Δr/h_rms"]), "law": row["law"], "hurst": float(row["H"]),
+            "surfaces": int(row["surfaces"]), "inside": row["thresholds in the range of Eq. (6)"],
+            "mean": float(mean), "half": float(half or 0),
+            **{theory.name: float(row[f"{theory.name} (limit)"].split()[0]) for theory in THEORIES},
+        })  # fmt: skip
+    return DataFrame(rows)
+
+
+DECIDES = {
+    "Pastewka-Robbins": ("Pastewka and Robbins, Eq. (6)", "slope and curvature"),
+    "half conformal energy": ("Müser's group; Persson and Tosatti", "energy of full contact $U$, half of it or all"),
+    "bearing area (BAM)": ("Ciavarella; Joe, Thouless and Barber", "heights (bearing area)"),
+    "Fuller-Tabor": ("Fuller and Tabor", "summits and heights"),
+}
+"""What the manual says of each theory."""
+
+
+def limits() -> str:
+    """The table of the manual: theories, and their exponents in the limit of wide bandwidths."""
+    hursts = 0.3, 0.6, 0.8
+    lines = [f"| theory | what decides | exponent of $\\lambda_s$: H = {', '.join(f'{h:g}' for h in hursts)} |"]
+    lines.append("|---|---|---|")
+    limit = {theory.name: theory.limit for theory in THEORIES}
+    for name, (who, what) in DECIDES.items():
+        values = (round(limit[name](h), 2) + 0.0 for h in hursts)
+        lines.append(f"| {who} | {what} | {', '.join(f'{value:.2g}' for value in values)} |")
+    return "\n".join(lines)
+
+
+QUOTED = ("short", "excluded", "thin", "inside", "width", "excludes", "fuller-tabor", "shapes")
+
+
+@cache
+def quoted() -> dict[str, str]:
+    """What the manual quotes of the exponents, by name."""
+    rows = fitted()
+    several = rows[rows.surfaces >= SURFACES]
+    low, thin = several[several.hurst == 0.3], several[(several.hurst == 0.8) & (several.law == "spline")]
+    thin = thin[thin["range"] < THIN].sort_values("range", ascending=False)
+    wide = many().query("hurst == 0.8 and law == 'spline'")
+    wide = wide[wide["range"].isin(thin["range"])]
+    works = many().pivot_table(index=["range", "hurst", "lambda_s", "seed"], columns="law", values="work").dropna()
+    shapes = np.exp(np.log(works.exponential / works.spline).groupby(["range", "hurst"]).mean())
+    return {
+        "short": f"{low['mean'].max():.2f} to {low['mean'].min():.2f}",
+        "excluded": f"{int((low['mean'].abs() > low.half).sum())} of {len(low)}",
+        "thin": " and ".join(f"{reach:g}" for reach in thin["range"]),
+        "inside": " and ".join(thin.inside),
+        "width": f"{(wide.lambda_L / wide.lambda_s).max():g}",
+        "excludes": f"{int(((thin['mean'] - thin['Pastewka-Robbins']).abs() > thin.half).sum())} of {len(thin)}",
+        "fuller-tabor": f"{(several['mean'] - several['Fuller-Tabor']).abs().min():.2f}",
+        "shapes": f"{shapes.min():.2f} to {shapes.max():.2f}",
+    }
 
 
 def main() -> None:

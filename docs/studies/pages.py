@@ -179,6 +179,14 @@ def _sections(page: str, heading: str) -> dict[str, list[list[str]]]:
     }
 
 
+def _stress() -> tuple[str, str]:
+    """At H = 0.8 and twice the bandwidth, the factor of the pull-off stress at the two largest works, and that of U."""
+    rows = pull_off_judged.reduced(_stored(pull_off_judged.FILE))
+    falls = [np.exp(pull_off_judged.shortened(rows, 0.8, work).mean()) for work in pull_off_judged.UPPER]
+    grows = np.exp(pull_off_judged.grown(rows, 0.8).mean())
+    return f"{min(falls):.2f} to {max(falls):.2f}", f"{grows:.2f}"
+
+
 _CRYSTALS = ("springs", "lennard-jones", "copper", "aluminium", "nickel")
 
 
@@ -272,6 +280,10 @@ MADE: dict[str, Callable[[], str]] = {
     },
     # An exponent of zero has no sign.
     "exponents": lambda: exponents.tables().replace("-0.00 (", "+0.00 ("),
+    "dispute.limits": exponents.limits,
+    **{f"dispute.{name}": lambda name=name: exponents.quoted()[name] for name in exponents.QUOTED},
+    "dispute.stress": lambda: _stress()[0],
+    "dispute.energy": lambda: _stress()[1],
     "budget": _budget,
     "claims": lambda: "\n".join(claims.lines()),
     "law.values": law.values,

@@ -1,0 +1,253 @@
+"""The thirty geometries of Figure 4 at the paper's own size, from their points: ``python -m docs.studies.own_size``.
+
+``continuum sweep run inputs/sweep/own-size.toml`` makes the points, ``continuum plot page`` their table, and
+``python -m docs.studies.own_size --figure`` the table of Figure 4 at 1 % of the area, which ``docs.studies.redraw``
+draws.  What was expected is in docs/studies/own_size.md; :func:`judged` says what became of it.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from pandas import DataFrame, Series, concat
+
+from continuum.paper.claims import stored_points
+from continuum.paper.figures import FIGURES
+from continuum.theory import paper
+from docs.studies.judgement import MEASURED, held, verdict
+
+POINTS = MEASURED / "paper-own-size-points.csv"
+STEM = MEASURED / "paper-own-size-figure4"
+AREA = 0.01
+"""A_rep/A0 at which all is read."""
+WIDTHS = (512, 256, 128, 64, 32)
+"""Bandwidths λ_L/λ_s."""
+BORDER = 1.5
+"""Factor of N_att/N_rep from 1 within which two more surfaces were run."""
+KAPPA_REP = 2.0
+_READ = (
+    "inverse", "inverse_rep", "inverse_att", "ratio", "area_rep", "area_att", "load", "load_rep", "pressure_att",
+    "diameter", "chord", "perimeter", "diameter_ratio", "disc_ratio", "mean_gap",
+)  # fmt: skip
+
+
+def points() -> DataFrame:
+    """The points of all systems, on approach, with inverse values of κ, which may diverge."""
+    rows = stored_points(POINTS)
+    return compared(rows[rows.approach & rows.valid])
+
+
+def compared(rows: DataFrame) -> DataFrame:
+    """Points with the bandwidth, and 1/κ, 1/κ_rep, 1/κ_att and A_rep/A_att."""
+    return rows.assign(
+        width=(rows.lambda_L / rows.lambda_s).round().astype(int), inverse=1 / rows.kappa,
+        inverse_rep=1 / rows.kappa_rep, inverse_att=1 / rows.kappa_att,
+        ratio=rows.area_rep / rows.area_att.where(rows.area_att > 0),
+    )  # fmt: skip
+
+
+def at_area(rows: DataFrame, area: float = AREA) -> DataFrame:
+    """A row for each system: its numbers at an area, linear in ln A_rep between the points on either side of it.
+
+    Systems without a point on either side are left out.
+    """
+    found = []
+    for _, path in rows.groupby("system"):
+        path = path.sort_values("area_rep")
+        if not path.area_rep.iloc[0] <= area <= path.area_rep.iloc[-1]:
+            continue
+        x = np.log(path.area_rep.to_numpy())
+        row = path.iloc[[np.argmin(np.abs(x - np.log(area)))]].copy()
+        for name in _READ:
+            row[name] = np.interp(np.log(area), x, path[name].to_numpy())
+        row["change"] = np.ptp(path.inverse.to_numpy())
+        found.append(row)
+    return with_theory(concat(found, ignore_index=True)) if found else with_theory(rows[:0].assign(change=0.0))
+
+
+def with_theory(rows: DataFrame) -> DataFrame:
+    """What the paper says of each system, over which the measured numbers are taken.
+
+    ``said`` is 1/κ_att of Eqs. (3) and (4) from the undeformed surface; ``ratio_own`` is A_rep/A_att of Eq. (4) with
+    the measured d_rep.
+    """
+    measured = zip(rows.rms_slope, rows.diameter, rows["range"], strict=True)
+    said = 1 / rows.expected_kappa_att
+    return rows.assign(
+        said=said, over=rows.inverse_att / said, ratio_over=rows.ratio / rows.expected_ratio,
+        ratio_own=rows.ratio / [paper.area_ratio(*each) if each[2] > 0 else np.inf for each in measured],
+        sticks=rows.load < 0, named=said > 1 / KAPPA_REP, thin=rows.area_att < rows.area_rep,
+        tension=rows.pressure_att * rows["range"] / rows.length.where(rows.length > 0),
+    )  # fmt: skip
+
+
+def over_bare(rows: DataFrame, column: str) -> Series:
+    """A number of each adhesive system over that of the same surface without adhesion; NaN where there is none."""
+    bare = rows[rows.length == 0].set_index("surface")[column]
+    return rows[column] / rows.surface.map(bare)
+
+
+def near_border(rows: DataFrame) -> DataFrame:
+    """The systems whose attraction and repulsion are within a factor of one another."""
+    pull = rows.inverse_att / rows.inverse_rep
+    return rows[(rows.length > 0) & pull.between(1 / BORDER, BORDER)]
+
+
+def geometric(values: Series) -> float:
+    return float(np.exp(np.log(values).mean()))
+
+
+# --- the statements -------------------------------------------------------------------------------------------------
+
+Judged = tuple[str, str, str]
+
+
+def judged(every: DataFrame) -> Iterator[Judged]:
+    """Each statement of the page: its number and subject, what was found, and what became of it."""
+    rows = every[every.seed == 1]
+    pulling = rows[rows.length > 0]
+    flat = pulling.slope == 0.1
+    yield from _stickiness(pulling, flat)
+    yield from _by_width(pulling, flat)
+
+    within = pulling.diameter_ratio.between(0.5, 2)
+    yield _count("5. d_rep within a factor of two of 4h'/h''", within, 80)
+    yield _mean("5. d_rep over 4h'/h'' at 512", pulling[pulling.width == 512].diameter_ratio, 1.6, 0.25, log=True)
+    yield from _repulsion(rows)
+
+    for name, values, expected in (
+        ("7. N_att over (w/Δr) A_att", pulling.tension, ((0.0005, 1.0, 0.05), (0.005, 0.92, 0.06), (0.05, 0.68, 0.1))),
+        ("8. N_rep over that without adhesion", over_bare(rows, "load_rep")[pulling.index],
+         ((0.0005, 0.98, 0.03), (0.005, 0.93, 0.06), (0.05, 0.8, 0.1))),
+    ):  # fmt: skip
+        for length, said, bound in expected:
+            part = values[(pulling.length == length) & (flat | (length < 0.05))].dropna()
+            yield _mean(f"{name} at l_a = {length:g}", part, said, bound)
+    wide = rows[rows.chord > 10]
+    off = (wide.disc_ratio - 1).abs()
+    yield ("9. P d/(π A_rep) within 5 % where d > 10 a0", _of(off < 0.05), held(bool((off < 0.05).all())))
+    yield _count("10. 1/κ changes by less than 0.1 over the three points", pulling.change < 0.1, 85)
+    yield _count("11. A_att > A_rep without sticking", ~pulling.thin & ~pulling.sticks, 5)
+    scatter = every[every.length > 0].groupby(["lambda_s", "hurst", "slope", "length"]).inverse
+    scatter = scatter.std(ddof=1)[scatter.size() >= 3]
+    yield _mean("12. scatter of 1/κ among surfaces near the border", scatter, 0.11, 0.05)
+
+
+def _of(holds: Series) -> str:
+    return f"{int(holds.sum())} of {len(holds)}"
+
+
+def _count(name: str, holds: Series, least: int, most: int | None = None) -> Judged:
+    count = int(holds.sum())
+    return name, _of(holds), held(least <= count and (most is None or count <= most))
+
+
+def _mean(name: str, values: Series, said: float, bound: float, *, log: bool = False) -> Judged:
+    """A mean, geometric if ``log``, which is then judged by its logarithm's scatter."""
+    if not len(values):
+        return name, "-", "not tested"
+    found: NDArray[np.float64] = values.to_numpy()
+    if log:
+        middle = geometric(values)
+        # Standard errors of a geometric mean are those of the logarithm times it.
+        found = middle * (1 + np.log(found) - np.log(found).mean())
+    return name, f"{found.mean():.2f} of {len(found)} (stated {said:g} ± {bound:g})", verdict(found, said, bound)
+
+
+def _stickiness(rows: DataFrame, flat: Series) -> Iterator[Judged]:
+    strong = rows.length == 0.05
+    for name, part, least, most in (
+        ("l_a = 0.0005", rows.length == 0.0005, 0, 0), ("l_a = 0.005", rows.length == 0.005, 0, 0),
+        ("l_a = 0.05, h' = 0.3", strong & ~flat, 0, 0), ("l_a = 0.05, h' = 0.1", strong & flat, 7, 13),
+    ):  # fmt: skip
+        yield _count(f"1. stick at {name}", rows.sticks[part], least, most)
+    yield _count("2. the criterion is right", rows.named == rows.sticks, 83, 88)
+    yield _count("2. named, do not stick", ~rows.sticks[rows.named], 2, 5)
+    yield _count("2. not named, stick", rows.sticks[~rows.named], 0, 3)
+
+
+def _by_width(rows: DataFrame, flat: Series) -> Iterator[Judged]:
+    strong, weak = rows[(rows.length == 0.05) & flat], rows[rows.length < 0.05]
+    thin = rows[rows.thin]
+    for name, part, column, expected in (
+        ("3. 1/κ_att over theory, l_a = 0.05, h' = 0.1", strong, "over",
+         ((0.22, 0.08), (0.38, 0.12), (0.55, 0.15), (0.8, 0.15), (1.0, 0.2))),
+        ("3. 1/κ_att over theory, l_a <= 0.005", weak, "over",
+         ((0.55, 0.1), (0.67, 0.08), (0.78, 0.08), (0.92, 0.08), (1.1, 0.12))),
+        ("4. A_rep/A_att over Eq. (4)", thin, "ratio_over",
+         ((1.8, 0.25), (1.5, 0.2), (1.3, 0.15), (1.08, 0.1), (0.9, 0.12))),
+        ("4. the same with d_rep as measured", thin, "ratio_own", ((1.0, 0.15),) * 5),
+    ):  # fmt: skip
+        for width, (said, bound) in zip(WIDTHS, expected, strict=True):
+            yield _mean(f"{name}, at {width}", part[part.width == width][column], said, bound, log=True)
+
+
+def _repulsion(rows: DataFrame) -> Iterator[Judged]:
+    bare = rows[rows.length == 0]
+    kappa = 1 / bare.inverse_rep
+    near = (kappa - 2).abs() <= 0.2
+    yield "6. κ_rep without adhesion within 0.2 of 2", _of(near), held(int(near.sum()) <= 5)
+    yield _mean("6. κ_rep at λ_s = 32 and 64", kappa[bare.lambda_s >= 32], 2.3, 0.2)
+    yield _mean("6. κ_rep at λ_s = 4", kappa[bare.lambda_s == 4], 3.0, 0.4)
+    both = bare.assign(kappa=kappa).pivot_table(index=["lambda_s", "hurst"], columns="slope", values="kappa").dropna()
+    if {0.1, 0.3} <= set(both):
+        yield _count("6. κ_rep smaller at h' = 0.3 than at 0.1", both[0.3] < both[0.1], 12)
+
+
+# --- the page -------------------------------------------------------------------------------------------------------
+
+
+def table() -> Iterator[str]:
+    """The statements, what was found, and what became of each."""
+    yield "| statement | found | |\n|---|---|---|"
+    yield from (f"| {name} | {found} | **{what}** |" for name, found, what in judged(at_area(points())))
+
+
+def systems() -> Iterator[str]:
+    """1/κ at 1 % of every system with l_a = 0.05, and what the theory says."""
+    rows = at_area(points())
+    head = "λ_s | H | h' | 1/κ, each surface | 1/κ_rep | 1/κ_att | by Eqs. (3), (4) | A_rep/A_att | by Eq. (4)"
+    yield f"| {head} | d_rep h''/(4h') |"
+    yield "|---" * 10 + "|"
+    strong = rows[rows.length == 0.05].sort_values("seed")
+    for (lambda_s, hurst, slope), part in strong.groupby(["lambda_s", "hurst", "slope"]):
+        each = "; ".join(f"{value:.3f}" for value in part.inverse)
+        means = (part[name].mean() for name in ("inverse_rep", "inverse_att", "said", "ratio", "expected_ratio",
+                                               "diameter_ratio"))  # fmt: skip
+        yield (f"| {lambda_s:g} | {hurst} | {slope} | {each} | " + " | ".join(f"{m:.2f}" for m in means) + " |")
+
+
+def widths() -> Iterator[str]:
+    """Geometric means of what is measured over theory, by bandwidth, over seed 1."""
+    rows = at_area(points()).query("seed == 1")
+    adhesive, bare = rows[rows.length > 0], rows[rows.length == 0]
+    thin = adhesive[adhesive.thin]
+    columns: tuple[tuple[str, Callable[[int], Series]], ...] = (
+        ("1/κ_att over Eqs. (3), (4)", lambda width: adhesive[adhesive.width == width].over),
+        ("the same where A_att < A_rep", lambda width: thin[thin.width == width].over),
+        ("A_rep/A_att over Eq. (4), A_att < A_rep", lambda width: thin[thin.width == width].ratio_over),
+        ("with d_rep as measured", lambda width: thin[thin.width == width].ratio_own),
+        ("d_rep over 4h'/h''", lambda width: adhesive[adhesive.width == width].diameter_ratio),
+        ("κ_rep, l_a = 0", lambda width: 1 / bare[bare.width == width].inverse_rep),
+    )
+    yield f"| λ_L/λ_s | λ_s | {' | '.join(name for name, _ in columns)} |"
+    yield "|---" * (len(columns) + 2) + "|"
+    for width in sorted(WIDTHS):
+        cells = [f"{geometric(part):.2f} ({len(part)})" if len(part := of(width)) else "-" for _, of in columns]
+        yield f"| {width} | {2048 / width:g} | {' | '.join(cells)} |"
+
+
+def drawn() -> DataFrame:
+    """The numbers of Figure 4 at 1 % of the area, of the systems with adhesion."""
+    rows = at_area(points()).query("length > 0")
+    inverse = {f"kappa{end}": 1 / rows[f"inverse{end}"] for end in ("", "_rep", "_att")}
+    return FIGURES["figure4"].numbers(rows.assign(**inverse, search=-1))
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--figure"]:
+        drawn().to_csv(STEM.with_suffix(".csv"), index=False, lineterminator="\n")
+    sys.stdout.write("\n".join([*table(), "", *widths(), "", *systems()]) + "\n")
