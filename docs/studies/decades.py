@@ -58,7 +58,7 @@ def span(rows: DataFrame) -> float:
 
 def judged(rows: DataFrame) -> Iterator[tuple[str, str, str]]:
     """Each statement of the page: what it says, what was found, and what became of it."""
-    paths = dict(rows.groupby("length"))
+    paths = dict(list(rows.groupby("length")))
     for length, low, high, name in (
         (0.0, 0.92, 1.0, "1"), (0.0005, 0.92, 1.0, "1"), (0.005, 0.85, 1.02, "2"),
     ):  # fmt: skip
