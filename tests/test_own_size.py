@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ STATED = {512: 0.22, 256: 0.38, 128: 0.55, 64: 0.8, 32: 1.0}
 WEAK = {512: 0.55, 256: 0.67, 128: 0.78, 64: 0.92, 32: 1.1}
 
 
+@cache
 def systems(factor: float = 1.0, kappa_rep: float = 2.4) -> DataFrame:
     """Three points of each of the paper's systems, the attraction a factor times what is stated of it."""
     rows, geometries = [], itertools.product((4, 8, 16, 32, 64), (0.3, 0.5, 0.8), (0.1, 0.3))

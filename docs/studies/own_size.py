@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from pandas import DataFrame, Series, concat
+from pandas import DataFrame, Series
 
 from continuum.paper.claims import stored_points
 from continuum.paper.figures import FIGURES
@@ -54,18 +54,15 @@ def at_area(rows: DataFrame, area: float = AREA) -> DataFrame:
 
     Systems without a point on either side are left out.
     """
-    found = []
-    for _, path in rows.groupby("system"):
-        path = path.sort_values("area_rep")
-        if not path.area_rep.iloc[0] <= area <= path.area_rep.iloc[-1]:
-            continue
+    nearest, read = list[int](), list[dict[str, float]]()
+    for _, path in rows.sort_values("area_rep").groupby("system"):
         x = np.log(path.area_rep.to_numpy())
-        row = path.iloc[[np.argmin(np.abs(x - np.log(area)))]].copy()
-        for name in _READ:
-            row[name] = np.interp(np.log(area), x, path[name].to_numpy())
-        row["change"] = np.ptp(path.inverse.to_numpy())
-        found.append(row)
-    return with_theory(concat(found, ignore_index=True)) if found else with_theory(rows[:0].assign(change=0.0))
+        if x[0] <= np.log(area) <= x[-1]:
+            nearest.append(path.index[np.argmin(np.abs(x - np.log(area)))])
+            numbers = {name: float(np.interp(np.log(area), x, path[name].to_numpy())) for name in _READ}
+            read.append({**numbers, "change": float(np.ptp(path.inverse.to_numpy()))})
+    found = rows.loc[nearest].reset_index(drop=True)
+    return with_theory(found.assign(**DataFrame(read, columns=[*_READ, "change"])))
 
 
 def with_theory(rows: DataFrame) -> DataFrame:
