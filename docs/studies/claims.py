@@ -1,6 +1,6 @@
 """Claims of the paper that no sweep was made for, from the stored points of others: ``python -m docs.studies.claims``.
 
-The power of w with which 1/κ_att rises; how far tensions of one h_rms/δ_c lie apart, and whether w A0/Δr orders them
+The power of w with which 1/κ_att rises; how many systems of one h_rms/δ_c pull, and whether w A0/Δr orders tensions
 better than N P_c; how much of the binding energy lies within the effective range; the least l_a/(h' a0) that sticks.
 """
 
@@ -15,11 +15,12 @@ from scipy.stats import spearmanr, t
 
 from continuum.model.walls.inverse_powers import InversePowers
 from continuum.paper.relations import largest_tension
+from continuum.theory import paper
 from docs.studies.judgement import MEASURED
 
 SWEEPS = {"figure2-4096": "4096², λ_L/λ_s = 64", "figure4-1024": "1024², 16 to 128", "figure4-2048": "2048², 16"}
-NEAR = 1.1
-"""Factor within which h_rms/δ_c counts as one."""
+MANY = ("figure4-1024", "figure4-2048")
+"""Sweeps of many surfaces."""
 
 
 def points(name: str) -> DataFrame:
@@ -38,17 +39,22 @@ def powers(rows: DataFrame) -> Iterator[tuple[str, str]]:
         yield f"l_a = {low:g} to {high:g}", f"{each.mean():.2f} ± {half:.2f} of {len(each)} surfaces"
 
 
-def tensions(rows: DataFrame) -> tuple[str, str] | None:
-    """Largest ratio of tensions of one h_rms/δ_c; rank correlations with it, by N P_c and by w A0/Δr."""
-    pulling = largest_tension(rows).query("tension > 0")
-    if len(pulling) < 20:
-        return None
-    ratio, tension = pulling.ratio.to_numpy(), pulling.tension.to_numpy()
-    apart = max(np.ptp(np.log(tension[np.abs(np.log(ratio / one)) < np.log(NEAR) / 2])) for one in ratio)
+def tensions(rows: DataFrame) -> tuple[str, str]:
+    """What h_rms/δ_c tells of the largest tension on approach, over all systems with adhesion.
+
+    Returns how many pull and how many never do at one h_rms/δ_c: from the least at which some never do to the largest
+    at which some pull.  And the rank correlation of the tension with it, by N P_c and by w A0/Δr, in which those that
+    never pull share the lowest rank.
+    """
+    found = largest_tension(rows)
+    ratio, pulls = found.ratio, found.tension > 0
+    low, high = ratio[~pulls].min(), ratio[pulls].max()
+    inside = ratio.between(low, high)
+    both = f"{low:.1f} to {high:.1f}: {(inside & pulls).sum()} pull, {(inside & ~pulls).sum()} never do"
     # N P_c goes as w A0/h_rms.
-    smooth = tension * (pulling["range"] / pulling.rms_height).to_numpy()
-    by = (spearmanr(ratio, values).statistic for values in (tension, smooth))
-    return f"a factor of {np.exp(apart):.0f}", " and ".join(f"{value:.2f}" for value in by)
+    smooth = found.tension * found["range"] / found.rms_height
+    by = " and ".join(f"{spearmanr(ratio, values).statistic:.2f}" for values in (found.tension, smooth))
+    return both if low < high else "none", by
 
 
 def within_range() -> Iterator[str]:
@@ -61,8 +67,17 @@ def within_range() -> Iterator[str]:
 
 def necessary(rows: DataFrame) -> str:
     """The least l_a/(h' a0) of those that stick where κ is read and δh is a0 or more."""
-    sticky = rows[rows.reference & (rows.load < 0) & (rows.rms_slope**2 / rows.rms_curvature >= 1)]
-    return f"{(sticky.length / sticky.rms_slope).min():.2f} of {len(sticky)}" if len(sticky) else "none sticks"
+    tall = rows[rows.reference & (rows.length > 0) & (rows.rms_slope**2 / rows.rms_curvature >= 1)]
+    sticky = tall[tall.load < 0]
+    least = f"{(sticky.length / sticky.rms_slope).min():.2f}" if len(sticky) else "-"
+    return f"{least}; {len(sticky)} of {len(tall)} stick"
+
+
+def maugis(rows: DataFrame) -> float:
+    """Largest λ_Maugis of the contacts at which κ is read, with the measured d_rep."""
+    adhesive = rows[rows.reference & (rows.area_att > 0)]
+    measured = zip(adhesive.diameter / (2 * adhesive.rms_slope), adhesive.length, adhesive["range"], strict=True)
+    return max(paper.maugis_parameter(*each) for each in measured)
 
 
 def lines() -> Iterator[str]:
@@ -73,10 +88,13 @@ def lines() -> Iterator[str]:
             yield f"| exponent of w in 1/κ_att, {between} | {said} | {found} |"
     for name, said in SWEEPS.items():
         yield f"| least l_a/(h' a0) that sticks, δh of a0 or more | {said} | {necessary(points(name))} |"
+    for name in MANY:
+        rows, said = points(name), f"{SWEEPS[name]}, {largest_tension(points(name)).system.nunique()} systems"
+        both, by = tensions(rows)
+        yield f"| h_rms/δ_c at which some pull and others never do | {said} | {both} |"
+        yield f"| rank correlation with h_rms/δ_c, of tensions over N P_c and over w A0/Δr | {said} | {by} |"
     for name, said in SWEEPS.items():
-        if found := tensions(points(name)):
-            yield f"| largest tensions over N P_c apart, at one h_rms/δ_c within 10 % | {said} | {found[0]} |"
-            yield f"| rank correlation with h_rms/δ_c, of tensions over N P_c and over w A0/Δr | {said} | {found[1]} |"
+        yield f"| largest λ_Maugis at 1 % | {said} | {maugis(points(name)):.2f} |"
     yield f"| binding energy within Δr | exact | {', '.join(within_range())} |"
 
 

@@ -20,6 +20,7 @@ from docs.studies import (
     classes,
     exponents,
     figure2,
+    figure4,
     finite_size,
     first_yield,
     friction_of_walls,
@@ -163,12 +164,6 @@ def _power(sweep: str) -> str:
     return next(claims.powers(claims.points(sweep)))[1].partition(" of ")[0]
 
 
-def _tensions(which: int) -> str:
-    found = claims.tensions(claims.points("figure4-1024"))
-    assert found is not None
-    return found[which].removeprefix("a factor of ")
-
-
 def _sections(page: str, heading: str) -> dict[str, list[list[str]]]:
     """Rows of the tables of a page of studies, under each heading."""
     parts = re.split(heading, (DOCS / "studies" / page).read_text(encoding="utf-8"), flags=re.MULTILINE)
@@ -284,6 +279,15 @@ MADE: dict[str, Callable[[], str]] = {
     **{f"dispute.{name}": lambda name=name: exponents.quoted()[name] for name in exponents.QUOTED},
     "dispute.stress": lambda: _stress()[0],
     "dispute.energy": lambda: _stress()[1],
+    "figure4.ratios": lambda: "\n".join(figure4.ratios()),
+    "figure4.sticky": lambda: "\n".join(figure4.sticky()),
+    "figure4.off-1024": lambda: figure4.off_by_two("figure4-1024"),
+    "figure4.off-2048": lambda: figure4.off_by_two("figure4-2048"),
+    "figure4.kappa": figure4.kappa_rep,
+    "figure4.roll-off": figure4.roll_off,
+    "figure4.pressure": lambda: _claim("figure4-1024", *_CLAIMS["pressure"]),
+    "figure4.asperities": lambda: _claim("figure4-2048", *_CLAIMS["asperities"]),
+    "figure4.lambda-L": lambda: _claim("bandwidth", "kappa does not depend on lambda_L", r"at most ([\d.]+)"),
     "budget": _budget,
     "claims": lambda: "\n".join(claims.lines()),
     "law.values": law.values,
@@ -322,8 +326,8 @@ MADE: dict[str, Callable[[], str]] = {
     "paper.lambda-L": lambda: _claim("bandwidth", "kappa does not depend on lambda_L", r"at most ([\d.]+)"),
     "claims.necessary-own": lambda: claims.necessary(claims.points("figure2-4096")),
     "claims.necessary": lambda: claims.necessary(claims.points("figure4-1024")),
-    "claims.apart": lambda: _tensions(0),
-    "claims.ranks": lambda: _tensions(1),
+    "claims.apart": lambda: claims.tensions(claims.points("figure4-1024"))[0],
+    "claims.ranks": lambda: claims.tensions(claims.points("figure4-1024"))[1],
     "claims.within": lambda: ", ".join(claims.within_range()),
     "paper.profile": lambda: _claim(
         "stiffness-reduced",
