@@ -18,7 +18,7 @@ from atomistic.front import elastic as elastic
 from atomistic.front import read as read
 from atomistic.front import run_deck as run_deck
 from atomistic.lammps.deck import Deck as Deck
-from atomistic.lammps.engine import doctor as doctor
+from atomistic.lammps.doctor import doctor as doctor
 from atomistic.lammps.result import LammpsError as LammpsError
 from atomistic.lammps.shape import Round as Round
 from atomistic.lammps.shape import Waves as Waves

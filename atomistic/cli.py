@@ -10,7 +10,7 @@ COMMANDS = {
     "read": "print, store and draw the states of a deck that was run",
     "elastic": "lattice and elastic constants, E*, relaxation of a crystal",
     "check": "check an input file, and print what it will cost",
-    "doctor": "check the LAMMPS of this machine, and say what to do",
+    "doctor": "check the installation and LAMMPS on this machine, and say what to do",
     "init": "print a template of an input, with every key explained",
     "schema": "print the JSON schema of an input, for editors",
 }

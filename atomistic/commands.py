@@ -11,15 +11,15 @@ from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder.comparison import paths_of
+from atomistic.lammps import doctor as examination
 from atomistic.lammps import engine
 from continuum.errors import OK
 from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
 from continuum.files.reference import template
 from continuum.files.tables import Document, refuse
-from continuum.options import FIGURES
+from continuum.options import FIGURES, diagnosed
 from continuum.options import like as like_of
-from continuum.sheet import pairs
 from continuum.show.console import progress, progress_of_known, report, verbose
 from continuum.tables import Fault
 
@@ -124,21 +124,9 @@ def elastic(
     return report(lines=[f"figure   {figure}" for figure in found.plot(output, Path(file).stem)])
 
 
-@like(engine.doctor)
+@like(examination.doctor)
 def doctor() -> int:
-    found = engine.doctor()
-    rows = [
-        ("in this process", "works" if found.in_process else "does NOT work"),
-        ("lmp", found.lmp or "does NOT work"),
-        ("mpiexec -n 2 lmp", found.mpiexec or "does NOT work"),
-        ("version", str(found.version) if found.version else "unknown"),
-        ("MPI (mpich)", found.mpi or "none"),
-        ("packages", ", ".join(found.packages)),
-        *(("problem", problem) for problem in found.problems),
-        *([("what to do", found.remedy)] if found.remedy else []),
-    ]
-    sheet = pairs("LAMMPS on this machine", rows)
-    return report(sheet, lines=["usable" if found.ok else "NOT usable"], ok=found.ok)
+    return diagnosed(examination.doctor())
 
 
 @like(template)

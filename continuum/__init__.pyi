@@ -13,6 +13,7 @@ from continuum.front.contact import Contact as Contact
 from continuum.front.contact import FoundThreshold as FoundThreshold
 from continuum.front.contact import LoadingPath as LoadingPath
 from continuum.front.contact import State as State
+from continuum.front.doctor import doctor as doctor
 from continuum.front.predict import Prediction as Prediction
 from continuum.front.predict import predict as predict
 from continuum.front.study import Study as Study

@@ -39,6 +39,7 @@ On this machine only.  For a map the page shows the answer of `predict`, with sl
 cut-off, and a button that solves the contact.  For a run, a sweep or a deck that `atomistic read` stored it shows \
 load, areas and the contact \
 map of every state.  Name a file here, or drop it on the page.""",
+    "doctor": "check the installation on this machine, and say what to do",
     "init": "print a template of an input, with every key explained",
     "schema": "print the JSON schema of an input, for editors",
     "examples": "print the paper's worked examples beside our numbers",

@@ -17,7 +17,8 @@ from continuum.files.reference import schema as schema_of
 from continuum.files.reference import template
 from continuum.front import certify as certificates
 from continuum.front import commands as front
-from continuum.options import FIGURES, like
+from continuum.front import doctor as examination
+from continuum.options import FIGURES, diagnosed, like
 from continuum.paper.examples import examples as paper_examples
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
@@ -101,6 +102,11 @@ def analyse(
 @like(paper_examples)
 def examples() -> int:
     return report(lines=[paper_examples().rstrip("\n")])
+
+
+@like(examination.doctor)
+def doctor() -> int:
+    return diagnosed(examination.doctor())
 
 
 @like(template)

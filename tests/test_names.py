@@ -30,7 +30,7 @@ NOT_SAID = {
 }
 """Words for things, each with those that are not used for it."""
 # The two programs, and the two doors, which have a `check` each; a command has the name of the function that it calls.
-TWICE = {"main", "check"}
+TWICE = {"main", "check", "doctor"}
 COMMANDS = {
     "continuum/commands.py",
     "continuum/map_commands.py",

