@@ -18,7 +18,8 @@ from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
 from continuum.files.reference import template
 from continuum.files.tables import Document, refuse
-from continuum.options import FIGURES, diagnosed
+from continuum.front.doctor import diagnosed
+from continuum.options import FIGURES
 from continuum.options import like as like_of
 from continuum.show.console import progress, progress_of_known, report, verbose
 from continuum.tables import Fault

