@@ -33,6 +33,7 @@ from continuum.model.resolution import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.paper.figures import FIGURES
 from continuum.runs import cost
+from docs import certificate
 from docs.studies.map_of_the_tutorial import HEAD, MAP, heights
 
 ROOT = Path(__file__).parent.parent
@@ -198,6 +199,10 @@ def test_the_numbers_of_the_limits_are_those_of_the_code() -> None:
         f"estimates assume {cost._MEMORY['law']} and {cost._MEMORY['hard']}",
     ):
         assert said in PAGES["docs/limits.md"], said
+
+
+def test_the_table_of_what_a_certificate_looks_at_is_made_from_the_code() -> None:
+    assert certificate.on_page() == certificate.table(), "python -m docs.certificate makes it anew"
 
 
 @pytest.mark.parametrize("package", [continuum, atomistic], ids=lambda package: package.__name__)

@@ -1,6 +1,6 @@
 """Check whether stored states satisfy the equations, independently of the solver."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +10,17 @@ from continuum.arguments import count, file_name, function
 from continuum.errors import StickinessError
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
-from continuum.measure.certificate import NO_TRACTION, Check, Examination, Found, StateCheck, check_state, minimum
+from continuum.front.whole_file import EXACT, FileCertificate, certify_file
+from continuum.measure.certificate import (
+    NO_TRACTION,
+    Check,
+    Examination,
+    Found,
+    StateCheck,
+    check_state,
+    minimum,
+    same_text,
+)
 from continuum.measure.contact import ATTRACTED
 from continuum.measure.outline import Mask
 from continuum.model.fourier import Real
@@ -29,8 +39,6 @@ from continuum.sweeps.sweep import systems_of
 ENOUGH = 1.5
 """Factor by which residuals may exceed tolerance and rounding, as finite differences smooth a kink of the law: 1.3 was
 observed."""
-EXACT = 1e-12
-"""Relative difference of numbers that are the same but for their last digits."""
 
 
 @dataclass(frozen=True)
@@ -65,14 +73,21 @@ class Certificate(Shown):
     * the lowest eigenvalue of the Hessian by LOBPCG (``curvature``; ``lowest_eigenvalue`` where it was asked for): not
       negative; twice its error;
     * ``target`` and the controlled quantity, against the input: last digits; the tolerance of the area, the residual;
+    * ``control``, against the input;
     * ``work_of_adhesion``, against the law: last digits, except for stored states of a threshold, whose law is made of
       it.
 
+    Of each file, what follows from its input, its points and their maps:
+
+    * the moments of the heights, by other sums; identity, settings of the path, and the wall;
+    * the smallest load of the path, against its points and jumps;
+    * positions, heights and knots of the wall, against those made anew;
+    * the table of numbers that a sweep collects, column by column.
+
     It does not look at how a state was reached (``branch``, ``events``, ``lowest_load``, searches), at work and times,
-    at stored residual, duality gap and status, at the stored heights, positions and knots of the wall (the heights are
-    made anew from the input), at the state for a restart, or at points that did not converge.  It does not tell whether
-    another state should have been reached.  Without periodic images under a hard wall, and for load and pressure in
-    full contact under a hard wall, there is nothing to compare with.
+    at stored residual, duality gap and status, at the state for a restart, at the text of the input, or at points that
+    did not converge.  It does not tell whether another state should have been reached.  Without periodic images under a
+    hard wall, and for load and pressure in full contact under a hard wall, there is nothing to compare with.
     """
 
     points: tuple[PointCertificate, ...]
@@ -83,11 +98,14 @@ class Certificate(Shown):
     """Points that are no equilibria by what is stored, and were not looked at."""
     refused: tuple[str, ...] = ()
     """Files of a sweep that cannot be certified, and why."""
+    files: tuple[FileCertificate, ...] = ()
+    """What was looked at in each file beside its states."""
 
     @property
     def faults(self) -> tuple[str, ...]:
         """Disagreements, with file and point, and files that cannot be certified; empty if all points agree."""
         found = [f"{one.path}, step {one.step}: {fault}" for one in self.points for fault in one.faults]
+        found += [f"{one.path}: {fault}" for one in self.files for fault in one.faults]
         if not self.points:
             found.append(f"nothing was looked at: {self.read} files hold no equilibrium that can be checked")
         return (*found, *self.refused)
@@ -99,7 +117,7 @@ class Certificate(Shown):
 
     def sheets(self) -> list[Sheet]:
         """One row for each point, and one for each quantity."""
-        return [self.sheet(), quantities(self.points)]
+        return [self.sheet(), quantities([*self.points, *self.files])]
 
     def sheet(self) -> Sheet:
         """One row for each point."""
@@ -155,10 +173,12 @@ def certify(
     count("seed", seed, least=0)
     function("progress", progress)
     files = _sample(given, sample, seed) if given.is_dir() else [given]
-    points, unconverged, refused = list[PointCertificate](), list[str](), list[str]()
+    points, unconverged, refused, whole = list[PointCertificate](), list[str](), list[str](), list[FileCertificate]()
     for done, file in enumerate(files, 1):
         try:
-            for found in certify_run(file):
+            result, system = _finished(file)
+            whole.append(certify_file(result, system))
+            for found in certify_run(result, system, whole[-1].looked_at):
                 if found.checks:
                     points.append(found)
                 else:
@@ -169,7 +189,7 @@ def certify(
             refused.append(str(error))
         if progress is not None:
             progress(done, len(files))
-    return Certificate(tuple(points), len(files), tuple(unconverged), tuple(refused))
+    return Certificate(tuple(points), len(files), tuple(unconverged), tuple(refused), tuple(whole))
 
 
 def _sample(root: Path, sample: int, seed: int) -> list[Path]:
@@ -181,17 +201,10 @@ def _sample(root: Path, sample: int, seed: int) -> list[Path]:
     return [done[i] for i in sorted(chosen)]
 
 
-def certify_run(path: Path) -> Iterator[PointCertificate]:
-    """Check each converged point of a stored run; other points have no checks.
-
-    Gaps come from the file if it has them (in single precision); otherwise the path is computed again, and its gaps
-    are compared with the stored numbers.
-
-    Raises StoreError if the file is no finished run, or the files that its input names are gone.
-    """
+def _finished(path: Path) -> tuple[Result, RunSetup]:
+    """A finished run and its contact; StoreError if it is none, or the files that its input names are gone."""
     result = Result.read(path)
-    loading = result.config.loading
-    if not (result.finished and len(result.points) == loading.points):
+    if not (result.finished and len(result.points) == result.config.loading.points):
         raise StoreError(f"{path}: is not finished: run it again, then certify it")
     try:
         system = build(result.config)
@@ -199,9 +212,19 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
         raise StoreError(f"{path}: its surface or wall cannot be built again: {error}") from error
     if system.problem.open_boundary is not None and system.problem.wall.law is None:
         raise StoreError(f"{path}: cannot be certified: {NO_TRACTION}")
+    return result, system
+
+
+def certify_run(result: Result, system: RunSetup, beside: Set[str]) -> Iterator[PointCertificate]:
+    """Check each converged point of a finished run; other points have no checks.
+
+    Gaps come from the file if it has them (in single precision); otherwise the path is computed again, and its gaps
+    are compared with the stored numbers.  ``beside`` are the datasets that were looked at in the file as a whole.
+    """
+    path, loading = result.path, result.config.loading
     # The heights of an intermediate imprint are not stored.
     stored = result.gap(0) is not None and np.isinf(system.problem.wall.hardness)
-    names = {name.partition("/")[0] for name in store.dataset_names(path)}
+    names = {name.partition("/")[0] for name in store.dataset_names(path)} - beside
     if system.problem.wall.law is not None:  # else the energy is convex
         names.add("curvature")
     states = _stored(result, system) if stored else _again(system)
@@ -247,6 +270,7 @@ def _checks(
     yield Check("residual of the gap", 0.0, found.residual, found.residual, allowed)
     if found.lowest is not None and not abs(found.lowest.value) <= found.lowest.error:
         yield minimum(found.lowest.value)
+    yield same_text("control", point.control, aim[0])
     target = aim[1]
     yield Check("target", point.target, target, abs(point.target - target), EXACT * abs(target))
     yield from _at_its_target(aim, numbers, problem.grid.size, allowed)

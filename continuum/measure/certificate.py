@@ -15,6 +15,7 @@ from continuum.measure.outline import Mask
 from continuum.model.eigenvalue import lowest_eigenvalue
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
+from continuum.model.surface import Moments
 from continuum.model.walls import Wall
 
 STEP = 1e-5
@@ -50,6 +51,8 @@ class Check(NamedTuple):
     @property
     def fault(self) -> str:
         """The disagreement in words."""
+        if np.isnan(self.stored) and np.isnan(self.found) and self.meaning:
+            return f"{self.quantity}: {self.meaning}"
         return (
             f"{self.quantity} is {self.found:.7g}, and {self.stored:.7g} is stored or asked for: "
             f"off by {self.off:.2e}, where {self.allowed:.2e} is allowed{self.meaning and ': '}{self.meaning}"
@@ -60,6 +63,12 @@ def minimum(lowest: float) -> Check:
     """Whether the lowest eigenvalue of a Hessian is not negative."""
     saddle = "the energy falls along a displacement, so that this is a saddle point"
     return Check("curvature", 0.0, lowest, max(-lowest, 0.0), 0.0, saddle)
+
+
+def same_text(quantity: str, stored: object, expected: object) -> Check:
+    """Whether a text is the one that follows from the input."""
+    said = "" if stored == expected else f"{str(stored)[:40]!r} is stored, and {str(expected)[:40]!r} follows"
+    return Check(quantity, np.nan, np.nan, 0.0 if stored == expected else np.inf, 0.0, said)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,6 +143,17 @@ def check_state(
     return StateCheck(numbers, _maps(problem.wall, gap, coarse), residual, rounding if rounded else 0.0, lowest)
 
 
+def moments_of(problem: ContactProblem) -> Moments:
+    """Spectral moments of the heights of a problem, over the whole spectrum."""
+    grid, heights = problem.period
+    power = np.abs(scipy.fft.fft2(heights - heights.mean()) / heights.size) ** 2
+    qx, qy = (
+        2 * np.pi * np.fft.fftfreq(n, length / n) for n, length in zip(grid.shape, grid.lengths, strict=True)
+    )  # fmt: skip
+    q2 = qx[:, None] ** 2 + qy**2
+    return Moments(*(float(np.sqrt(np.sum(power * q2**k))) for k in range(3)))
+
+
 class _Law(NamedTuple):
     """Traction and stiffness of a law at each point, by differences of its energy, and their sums."""
 
@@ -204,8 +224,8 @@ def _of_displacement(problem: ContactProblem, u: Real, elastic: Real, load: Foun
     numbers = {"elastic_energy": _mean(u * elastic / 2, np.abs(elastic) * coarse)}
     k = problem.mean_stiffness
     if k > 0 and (np.isinf(k) or np.isfinite(load.value)):
-        sunk = 0.0 if np.isinf(k) else load.value / k
-        numbers["separation"] = Found(-float(u.mean()) - sunk, float(coarse.mean()) + load.error / k)
+        sunk = Found(0.0, 0.0) if np.isinf(k) else Found(load.value / k, load.error / k)
+        numbers["separation"] = Found(-float(u.mean()) - sunk.value, float(coarse.mean()) + sunk.error)
     return numbers
 
 

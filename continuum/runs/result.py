@@ -174,7 +174,8 @@ class Result(Shown):
         moments, wall = self.moments, self.wall
         expected = ExpectedContact(moments.rms_slope, moments.rms_curvature, wall.range, wall.work_of_adhesion)
         each = zip(good, normal_stiffness(curve).tolist(), strict=True)
-        points = tuple(_measured(self, step, point, stiffness) for (step, point), stiffness in each)
+        with understood(self.path):  # a map may not be that of its point
+            points = tuple(_measured(self, step, point, stiffness) for (step, point), stiffness in each)
         return Analysis(self, expected, points, adhesion(curve) if good else None, tuple(notes))
 
     def sheets(self) -> list[Sheet]:

@@ -20,6 +20,7 @@ from continuum.files.output import distinct, reserved
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import differences, identity, resolved
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
@@ -171,11 +172,9 @@ def states_of(
 def _write(system: RunSetup, path: Path, key: str, resumed: int, added: Mapping[str, Made], record: Record) -> None:
     config, grid = system.config, system.problem.grid
     finished = len(record.points) == config.loading.points
-    x, y = grid.positions
     kept = grid.size <= 1024**2 if config.output.last_state is None else config.output.last_state
     datasets = {
-        "x": Dataset(x[:, 0], ("x",), "a0", "position along x"),
-        "y": Dataset(y[0], ("y",), "a0", "position along y"),
+        **{name: Dataset(at, (name,), "a0", f"position along {name}") for name, at in positions_of(system).items()},
         **record.datasets(restart=not finished or kept),
     }
     for name, values in system.problem.wall.knots.items():
@@ -186,35 +185,43 @@ def _write(system: RunSetup, path: Path, key: str, resumed: int, added: Mapping[
     if finished:
         datasets |= {name: make(system, record) for name, make in added.items()}
     journalled = {"journal/resumed_at": resumed, "journal/total_seconds": sum(whole for _, whole in record.seconds)}
-    attributes = {**_attributes(system, record, key, finished), **record.attributes(), **journalled}
-    store.write(path, datasets, attributes)
-
-
-def _attributes(system: RunSetup, record: Record, key: str, finished: bool) -> dict[str, Attribute]:
-    config, wall = system.config, system.problem.wall
-    attributes: dict[str, Attribute] = {
+    said: dict[str, Attribute] = {
         "schema": config.result_schema,
         "schema_version": config.result_version,
-        "identity": key,
-        "contact_identity": contact_identity(config),
         "finished": finished,
         "config": config.source.text if config.source else "",
         "config_resolved": resolved(config),
-        "control": config.loading.control,
-        "event_resolution": config.loading.event_resolution or 0.0,
-        "event_threshold": config.loading.event_threshold,
         "warnings": "\n".join(system.warnings),
-        "tolerance": system.settings.tolerance,
-        "wall_zero_gap": wall.zero_gap,
-        "wall_range": wall.range,
-        "work_of_adhesion": wall.work_of_adhesion,
-        **{f"realised_{name}": value for name, value in system.problem.moments._asdict().items()},
         **provenance(),
         **journal(),
         **({"journal/grown_from": record.grown_from} if record.grown_from else {}),
     }
     if (device := system.settings.device) != "cpu":  # whose kinds all find the same
-        attributes |= {"device": device, "journal/machine": back_end(device).machine()}
+        said |= {"device": device, "journal/machine": back_end(device).machine()}
+    store.write(path, datasets, {**said, **attributes_of(system, key), **record.attributes(), **journalled})
+
+
+def positions_of(system: RunSetup) -> dict[str, Real]:
+    """Positions of the points along each axis, in a0, by the name of the axis."""
+    x, y = system.problem.grid.positions
+    return {"x": x[:, 0], "y": y[0]}
+
+
+def attributes_of(system: RunSetup, key: str) -> dict[str, Attribute]:
+    """Attributes of a stored run that follow from its input; ``key`` is its identity."""
+    config, wall = system.config, system.problem.wall
+    attributes: dict[str, Attribute] = {
+        "identity": key,
+        "contact_identity": contact_identity(config),
+        "control": config.loading.control,
+        "event_resolution": config.loading.event_resolution or 0.0,
+        "event_threshold": config.loading.event_threshold,
+        "tolerance": system.settings.tolerance,
+        "wall_zero_gap": wall.zero_gap,
+        "wall_range": wall.range,
+        "work_of_adhesion": wall.work_of_adhesion,
+        **{f"realised_{name}": value for name, value in system.problem.moments._asdict().items()},
+    }
     if system.expected is not None:
         attributes |= {f"expected_{name}": value for name, value in system.expected._asdict().items()}
     return {**attributes, **config.surface.attributes}

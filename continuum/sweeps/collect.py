@@ -25,6 +25,9 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
 from continuum.sheet import Sheet, pairs
+from continuum.sweeps.axes import System
+from continuum.sweeps.columns import column_faults
+from continuum.sweeps.conditions import dotted
 from continuum.sweeps.crossings import Crossing, asked_for, crossings_of, crossings_sheet, with_columns
 from continuum.sweeps.folder import TABLE_SCHEMA, Folder
 from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
@@ -387,7 +390,9 @@ class Verification:
 
 
 def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
-    """Check every file of a sweep: checksums, schema, identity.
+    """Check every file of a sweep: checksums, schema, identity, and what the listing and own columns say of them.
+
+    It does not look at the text of functions that were given in Python, nor at tables, which ``collect`` writes anew.
 
     Parameters
     ----------
@@ -401,23 +406,45 @@ def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
     """
     root = file_name("sweep", sweep)
     flag("aside", aside)
-    systems_of(root)
-    paths = sorted(path for path in Folder(root).points.iterdir() if not path.name.startswith("."))
-    faults, unread = list[str](), list[str]()
+    folder, listing = Folder(root), systems_of(root)
+    paths = sorted(path for path in folder.points.iterdir() if not path.name.startswith("."))
+    listed = {folder.point(system.key): system for system in listing.systems}
+    faults, damaged, unread = list[str](), list[Path](), list[str]()
     for path in paths:
         try:
-            _require_sound(path)
+            config = _require_sound(path)
         except UnreadError as error:
             unread.append(str(error))
         except StoreError as error:
             faults.append(str(error))
-            if aside:
-                output.placed(path, output.folder(root / "damaged") / path.name)
-    return Verification(len(paths), tuple(faults), tuple(unread))
+            damaged.append(path)
+        else:
+            if path in listed and (said := _mislabelled(listing, listed[path], config)):
+                faults.append(f"{folder.listing}: {said} in {path}; the same `continuum sweep run` writes it again")
+    for path, said in column_faults(folder, listing.columns, listing.keys):
+        faults.append(said)
+        damaged.append(path)
+    for path in damaged if aside else ():
+        output.placed(path, output.folder(root / "damaged") / path.name)
+    own = sum(1 for path in folder.columns.glob("[!.]*"))
+    return Verification(len(paths) + own, tuple(faults), tuple(unread))
 
 
-def _require_sound(path: Path) -> None:
-    """Check the file of a finished system; raises StoreError with its fault, UnreadError if it cannot be read now."""
+def _mislabelled(listing: SweepListing, system: System, config: RunConfig) -> str:
+    """The first number or word of a system that its listing has otherwise; empty if there is none."""
+    stored = dict(dotted(config.plain())) if not config.files else {}
+    for key, value in {**listing.common, **system.settings}.items():
+        here = stored.get(key)
+        if isinstance(value, str | int | float) and isinstance(here, str | int | float) and value != here:
+            return f"lists {key} = {value}, which is {here}"
+    return ""
+
+
+def _require_sound(path: Path) -> RunConfig:
+    """Check the file of a finished system; returns its input.
+
+    Raises StoreError with its fault, UnreadError if it cannot be read now.
+    """
     file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, labels=True)
     numbers_of(path)
     key = str(file.attributes.get("identity"))
@@ -432,3 +459,4 @@ def _require_sound(path: Path) -> None:
         raise StoreError(f"{path}: its input cannot be read ({error})") from error
     if not sound:
         raise StoreError(f"{path}: its input is not the one that its identity was made of")
+    return config

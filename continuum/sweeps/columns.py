@@ -15,7 +15,7 @@ import re
 import reprlib
 import signal
 import sys
-import sysconfig
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -36,6 +36,7 @@ from continuum.model.fourier import Real
 from continuum.runs.result import Result
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.measured import COLUMNS
+from continuum.sweeps.python_files import defined_names, helpers_of, modules_used_by, with_text_of
 from continuum.sweeps.workers import StopSignal
 from continuum.tables import Fault
 
@@ -64,6 +65,8 @@ class OwnColumn:
     """Hash of the text of the file, or of the function as it is sent to other processes."""
     text: str = field(default="", repr=False, compare=False)
     """Text of the file, or of the function; empty where it is not known."""
+    beside: str = field(default="", repr=False, compare=False)
+    """Text of the modules that it uses, but for libraries."""
     code: bytes = field(default=b"", repr=False, compare=False)
     """A function of Python as it is sent to other processes; empty of a file, and of a stored listing."""
     path: str = field(default="", repr=False, compare=False)
@@ -78,6 +81,11 @@ class OwnColumn:
     def file_name(self) -> str:
         """Name under which its text is kept in the folder of the sweep."""
         return f"{self.name}-{self.digest[:12]}.py"
+
+    @property
+    def kept_text(self) -> str:
+        """The text that is kept in the folder of the sweep."""
+        return self.text + self.beside
 
     def function(self) -> ColumnFunction:
         """The function, by executing its file: for the worker of a run only.
@@ -161,22 +169,28 @@ def _of_file(name: str, said: str, beside: Path) -> OwnColumn:
     except (OSError, ValueError) as error:
         raise ValueError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
     try:
-        names = dict(_named(ast.parse(text, str(path)).body))
+        names = dict(defined_names(ast.parse(text, str(path)).body))
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         raise ValueError(f"{path} is no Python: {type(error).__name__}: {error}") from None
     if not names.get(wanted, "*" in names):
         hint = slip(wanted, [one for one, is_function in names.items() if is_function], "; did you mean {}?")
         raise ValueError(f"{path} has no function {wanted}{hint}")
-    digest = _digest(f"{wanted}\n{text}".encode(), _helpers(path))
-    return OwnColumn(name, f"{path.name}:{wanted}", digest, text, path=str(path.resolve()))
+    helpers = with_text_of(helpers_of(path))
+    digest = _digest_of_file(wanted, text + helpers)
+    return OwnColumn(name, f"{path.name}:{wanted}", digest, text, helpers, path=str(path.resolve()))
+
+
+def _digest_of_file(function: str, text: str) -> str:
+    return hashlib.sha256(f"{function}\n{text}".encode()).hexdigest()
 
 
 def _of_python(name: str, function: ColumnFunction) -> OwnColumn:
     code, text = _sent(function), ""
     with suppress(OSError, TypeError):  # typed at a prompt, or of a library
         text = inspect.getsource(function)
-    digest = _digest(code + text.encode(), _used_by(function))
-    return OwnColumn(name, f"{OF_PYTHON}, {getattr(function, '__name__', name)}", digest, text, code)
+    beside = with_text_of(modules_used_by(function))
+    digest = hashlib.sha256(code + text.encode() + beside.encode()).hexdigest()
+    return OwnColumn(name, f"{OF_PYTHON}, {getattr(function, '__name__', name)}", digest, text, beside, code)
 
 
 def _sent(function: Any) -> bytes:
@@ -187,78 +201,6 @@ def _sent(function: Any) -> bytes:
         msg = f"it cannot be sent to other processes, with what it uses: {type(error).__name__}: {error}"
         raise ValueError(msg) from None
     return code
-
-
-def _named(body: Sequence[ast.stmt]) -> Iterator[tuple[str, bool]]:
-    """Names that the statements of a module define, and whether each may be a function; "*" for all of another one."""
-    for statement in body:
-        match statement:
-            case ast.FunctionDef(name) | ast.ClassDef(name):
-                yield name, True
-            case ast.Import(names) | ast.ImportFrom(names=names):
-                yield from ((one.asname or one.name.partition(".")[0], True) for one in names)
-            case ast.Assign(value=value) | ast.AnnAssign(value=value):
-                targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
-                function = not isinstance(value, ast.Constant | ast.List | ast.Tuple | ast.Dict | ast.Set | None)
-                yield from ((one.id, function) for one in targets if isinstance(one, ast.Name))
-            case ast.If() | ast.Try() | ast.With():
-                yield from _named(statement.body)
-                yield from _named(getattr(statement, "orelse", []))
-                for handler in getattr(statement, "handlers", []):
-                    yield from _named(handler.body)
-
-
-def _digest(own: bytes, helpers: Iterable[Path]) -> str:
-    """Hash of a function, and of the files of modules that it uses."""
-    found = hashlib.sha256(own)
-    for path in sorted({*helpers}):
-        with suppress(OSError):
-            found.update(f"\n{path.name}\n".encode() + path.read_bytes())
-    return found.hexdigest()
-
-
-def _helpers(path: Path) -> Iterator[Path]:
-    """Files beside a Python file that it imports, and that these import."""
-    seen, left = {path.resolve()}, [path.resolve()]
-    while left:
-        with suppress(OSError, SyntaxError, ValueError, RecursionError, MemoryError):
-            here = left.pop()
-            for node in ast.walk(ast.parse(here.read_bytes())):
-                for name in _imported(node):
-                    module = here.parent.joinpath(*name.split("."))
-                    for file in (module.with_name(f"{module.name}.py"), module / "__init__.py"):
-                        if file.is_file() and file.resolve() not in seen:
-                            seen.add(file.resolve())
-                            left.append(file.resolve())
-                            yield file.resolve()
-
-
-def _imported(node: ast.AST) -> Iterator[str]:
-    """Names of modules that a statement may import."""
-    match node:
-        case ast.Import(names):
-            yield from (one.name for one in names)
-        case ast.ImportFrom(module, names):
-            yield from ([module] if module else [])
-            yield from (f"{module}.{one.name}" if module else one.name for one in names)
-
-
-def _used_by(function: Any) -> Iterator[Path]:
-    """Files of modules, not of libraries, that a function uses by its global names, and those that these import."""
-    code, known = getattr(function, "__code__", None), getattr(function, "__globals__", {})
-    libraries = [Path(sysconfig.get_path(name)) for name in ("stdlib", "purelib", "platlib")]
-    for name in getattr(code, "co_names", ()):
-        used = known.get(name)
-        module = used if isinstance(used, ModuleType) else sys.modules.get(getattr(used, "__module__", None) or "")
-        file = Path(getattr(module, "__file__", None) or "")
-        # A function of the script itself is sent with what it uses.
-        ours = file.suffix == ".py" and getattr(module, "__name__", "") not in (
-            "__main__",
-            code and function.__module__,
-        )
-        if ours and not any(file.is_relative_to(library) for library in libraries):
-            yield file.resolve()
-            yield from _helpers(file)
 
 
 @cache
@@ -324,11 +266,11 @@ def add_columns(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> None:
             known[column.name] = column.digest, column.of(result)
         except ColumnError as error:
             said.append(f"column {column.name} ({column.origin}): {error}")
-    numbers = {
-        name: (digest, [None if np.isnan(value) else value for value in values.tolist()])
-        for name, (digest, values) in known.items()
-    }
-    content = {"schema": "stickiness/columns", "system": key, "columns": numbers}
+    stored = dict[str, Any]()
+    for name, (digest, values) in known.items():
+        numbers = [None if np.isnan(value) else value for value in values.tolist()]
+        stored[name] = digest, numbers, _sum(key, name, digest, numbers)
+    content = {"schema": "stickiness/columns", "system": key, "columns": stored}
     output.save(output.folder(folder.columns) / folder.own(key).name, json.dumps(content) + "\n", own=True)
     if said:
         raise ColumnError(f"{'; '.join(said)}; its points are stored: mend it and run again with --retry")
@@ -343,7 +285,39 @@ def columns_of(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> dict[s
 def _stored(folder: Folder, key: str) -> dict[str, tuple[str, Real]]:
     """Digest and values of each stored column; empty if there are none, or they cannot be read."""
     try:
-        data = json.loads(folder.own(key).read_text(encoding="utf-8"))
-        return {name: (digest, np.array(each, dtype=np.float64)) for name, (digest, each) in data["columns"].items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return dict(_read(folder, key))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return {}
+
+
+def _read(folder: Folder, key: str) -> Iterator[tuple[str, tuple[str, Real]]]:
+    """The stored columns of a system; raises ValueError if a sum is not that of its numbers."""
+    data = json.loads(folder.own(key).read_text(encoding="utf-8"))
+    if data["system"] != key:
+        raise ValueError("it is of another system")
+    for name, (digest, numbers, *sums) in data["columns"].items():
+        if sums and sums != [_sum(key, name, digest, numbers)]:  # an earlier version stored none
+            raise ValueError(f"the numbers of {name} are not those that their sum was made of")
+        yield name, (digest, np.array(numbers, dtype=np.float64))
+
+
+def _sum(key: str, name: str, digest: str, numbers: Sequence[float | None]) -> int:
+    return zlib.crc32(json.dumps([key, name, digest, numbers]).encode())
+
+
+def column_faults(folder: Folder, columns: Sequence[OwnColumn], keys: Iterable[str]) -> Iterator[tuple[Path, str]]:
+    """Files of own columns that are damaged: of the numbers of each system, and of the texts that computed them."""
+    for key in keys:
+        path = folder.own(key)
+        try:
+            dict(_read(folder, key))
+        except FileNotFoundError:
+            continue
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+            yield path, f"{path}: cannot be read, probably damaged ({error})"
+    for column in columns:
+        path = folder.columns / column.file_name
+        with suppress(FileNotFoundError):
+            text, function = path.read_bytes().decode(errors="replace"), column.origin.rpartition(":")[2]
+            if not column.origin.startswith(OF_PYTHON) and _digest_of_file(function, text) != column.digest:
+                yield path, f"{path}: is not the text that its numbers were computed with"

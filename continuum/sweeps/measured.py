@@ -1,7 +1,7 @@
 """The numbers of a finished system, one row for each point of its path, for tables and figures."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from continuum.files.provenance import made_by
 from continuum.files.store import Dataset
 from continuum.measure.contact import MEASURED, measure
 from continuum.measure.curve import Curve, normal_stiffness
-from continuum.measure.outline import patches
+from continuum.measure.outline import Mask, patches
 from continuum.model.fourier import Real
 from continuum.runs.build import RunSetup
 from continuum.runs.config import RunConfig
@@ -43,7 +43,8 @@ _ADDED = {
 }
 COLUMNS: Mapping[str, tuple[str, str]] = {**_ADDED, **_POINT, **MEASURED, **_SYSTEM}
 """Columns of the table of a system: unit and description."""
-_NAME = "measured"
+MEASURED_TABLE = "measured"
+"""Dataset of the table of a system."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,16 +72,16 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
     """
     names = ("schema", "schema_version", "identity", "journal/total_seconds",
              "provenance/stickiness", "provenance/git_commit", "provenance/git_dirty")  # fmt: skip
-    datasets, found = store.read_few(path, (_NAME, "quantity"), names)
+    datasets, found = store.read_few(path, (MEASURED_TABLE, "quantity"), names)
     schema = found.get("schema"), found.get("schema_version")
     if schema != (RunConfig.result_schema, RunConfig.result_version):
         msg = f"{path}: holds {schema[0]} version {schema[1]}, expected {RunConfig.result_schema}"
         raise StoreError(f"{msg} version {RunConfig.result_version}")
     if key is not None and found.get("identity") != key:
         raise StoreError(f"{path}: holds another system than its name says")
-    if _NAME not in datasets:
+    if MEASURED_TABLE not in datasets:
         raise StoreError(f"{path}: is a run, but holds no table of numbers")
-    stored = datasets[_NAME]
+    stored = datasets[MEASURED_TABLE]
     with understood(path):
         table = np.full((len(stored), len(COLUMNS)), np.nan)
         places = {name: i for i, name in enumerate(datasets["quantity"].tolist())}
@@ -97,13 +98,34 @@ def _quantities(system: RunSetup, record: Record) -> Dataset:
 
 def _table(system: RunSetup, record: Record) -> Dataset:
     """One row for each point, one column for each of :data:`COLUMNS`."""
+    ny = system.problem.grid.shape[1]
+    found = table_of(
+        system,
+        record.points,
+        lambda step: store.unpack(record.repulsive[step], ny),
+        lambda step: record.gaps[step].astype(np.float64) if record.fields else None,
+    )
+    table = np.column_stack(list(found.values()))
+    return Dataset(table, ("step", "quantity"), "", "numbers of each point: tables are made of them")
+
+
+def table_of(
+    system: RunSetup, points: Sequence[Point], repulsive: Callable[[int], Mask], gap_of: Callable[[int], Real | None]
+) -> dict[str, Real]:
+    """Each of :data:`COLUMNS` of a path, a value for each point.
+
+    Parameters
+    ----------
+    repulsive : the cells of A_rep of a point.
+    gap_of : the gap of a point, as it is stored; None where it is not.
+    """
     config, grid, moments = system.config, system.problem.grid, system.problem.moments
-    good = [step for step, point in enumerate(record.points) if point.converged]
-    curve = Curve.of([record.points[step] for step in good])
+    good = [step for step, point in enumerate(points) if point.converged]
+    curve = Curve.of([points[step] for step in good])
     stiffness = dict(zip(good, normal_stiffness(curve).tolist(), strict=True))
-    response = config.substrate.build().stiffness(grid) if config.substrate.repeats and record.fields else None
-    table = np.full((len(record.points), len(COLUMNS)), np.nan)
-    for step, point in enumerate(record.points):
+    response = config.substrate.build().stiffness(grid) if config.substrate.repeats else None
+    table = np.full((len(points), len(COLUMNS)), np.nan)
+    for step, point in enumerate(points):
         wall = system.at_work(point.work_of_adhesion).wall
         row = {
             **moments._asdict(),
@@ -115,17 +137,17 @@ def _table(system: RunSetup, record: Record) -> Dataset:
             "retracting": point.branch == "retract",
         }
         if point.converged:
-            inside = store.unpack(record.repulsive[step], grid.shape[1])
+            inside = repulsive(step)
             numbers = measure(grid, point, inside, moments.rms_slope)
             row |= {**numbers.numbers(), "stiffness": stiffness[step], "patches": patches(grid, inside).areas.size}
-            gap = record.gaps[step].astype(np.float64) if record.fields else None
+            gap = gap_of(step)
             if gap is not None and wall.range > 0 and inside.any():
                 row["width"] = profile_outside(grid, wall, gap, inside, numbers.diameter).width(wall.range)
             if gap is not None and response is not None and wall.law is not None:
                 row["tangent_stiffness"] = tangent_stiffness(grid, response, wall.law, gap, config.solver.shift)
         table[step] = [row.get(name, np.nan) for name in COLUMNS]
-    return Dataset(table, ("step", "quantity"), "", "numbers of each point: tables are made of them")
+    return dict(zip(COLUMNS, table.T, strict=True))
 
 
-ADDED: Mapping[str, Made] = {"quantity": _quantities, _NAME: _table}
+ADDED: Mapping[str, Made] = {"quantity": _quantities, MEASURED_TABLE: _table}
 """The table of numbers, dataset ``measured``, which a sweep stores with each run."""

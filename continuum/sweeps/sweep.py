@@ -116,7 +116,7 @@ def begin(
     _save_once(folder.description, sweep.text)
     _save_once(folder.listing, _json(listing))
     for column in sweep.columns:
-        _save_once(output.folder(folder.columns) / column.file_name, column.text)
+        _save_once(output.folder(folder.columns) / column.file_name, column.kept_text)
     failed = names(folder.failed)
     if retry:
         for name in failed:

@@ -7,21 +7,26 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import continuum as c
 from continuum.cli import main
+from continuum.errors import StickinessError
 from continuum.files import store
+from continuum.files.inputs import load
 from continuum.files.store import File
 from continuum.front import certify
-from continuum.measure.certificate import check_state
+from continuum.measure.certificate import StateCheck, check_state
 from continuum.measure.contact import Totals
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
-from continuum.runs.record import Point
+from continuum.runs.config import RunConfig
+from continuum.runs.run import follow_run
+from continuum.sweeps.measured import ADDED
 from tests import kinds
 from tests.kinds import covering
 from tests.problems import SMALL
@@ -86,46 +91,104 @@ def with_one_point_elsewhere(maps: NDArray[Any]) -> NDArray[Any]:
     return np.packbits(points, axis=-1)
 
 
-def other_values(value: float) -> tuple[float, ...]:
-    """What may stand in the place of a number."""
-    if np.isnan(value) or value == 0:
-        return (1e-3, -1.0)
-    return (np.nan, *(factor * value for factor in (0.0, 0.99, 1.01, -1.0)))
+CASES: dict[str, dict[str, Any]] = {
+    "hard": {"wall": {"law": "hard"}},
+    "law": {"solver.stability": True, "wall": {"law": "table", "path": "table.txt"}},
+    "threshold": {"loading": {**ONE, "threshold": 0.02}},
+    "layer": {"substrate": {"response": "layer", "poisson": 0.3, "depth": 9.0, "mean": 0.05},
+              "loading": {"control": "separation", "targets": [1.2]}},
+    "pressure": {"loading": {"control": "mean-pressure", "targets": [0.002]}},
+    "jump": {"wall.adhesion_length": 0.05, "loading": {**ONE, "targets": [0.02]}},
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("given", [
-    {"wall": {"law": "hard"}},
-    {"solver.stability": True},
-    {"loading": {**ONE, "threshold": 0.02}},
-    {"substrate": {"response": "layer", "poisson": 0.3, "depth": 9.0, "mean": 0.05},
-     "loading": {"control": "separation", "targets": [1.2]}},
-    pytest.param({"loading": {"control": "mean-pressure", "targets": [0.002]}}, marks=pytest.mark.long),
-], ids=["hard", "law", "threshold", "layer", "pressure"])  # fmt: skip
-def test_whatever_number_of_a_point_is_changed_is_told_or_listed_as_not_looked_at(
-    given: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+SAMPLE = 6
+"""Changes of each case that the short suite makes: together they reach every third number, the long one all."""
+
+
+@pytest.mark.parametrize(
+    ("case", "every"),
+    [(case, False) for case in CASES] + [pytest.param(case, True, marks=pytest.mark.long) for case in CASES],
+)
+def test_whatever_is_changed_is_told_or_listed_as_not_looked_at(
+    case: str, every: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of every dataset that the file has; near the threshold the load is small, and one per cent of it is told, too."""
-    path = stored(tmp_path, **{"loading": ONE, **given})
-    seen, checks_of = list[tuple[Any, ...]](), certify._checks
-    with monkeypatch.context() as patch:
-        patch.setattr(certify, "_checks", lambda *args: (seen.append(args), checks_of(*args))[1])
-        sound = c.certify(path)
+    """Every dataset and every attribute of a system of a sweep; near the threshold the load is small, and one per cent
+    of it is told, too."""
+    monkeypatch.chdir(tmp_path)  # where the names of files in an input begin
+    (tmp_path / "small.toml").write_text(SMALL)
+    (tmp_path / "table.txt").write_text("0.7 1.0\n1.0 0.0\n1.2 -0.1\n1.5 -0.05\n2.0 0.0\n")
+    given = {"loading": ONE, "output.fields": True, **CASES[case]}
+    path = follow_run(load(tmp_path / "small.toml", RunConfig, given), tmp_path / "a.h5", added=ADDED).path
+    monkeypatch.setattr(certify, "check_state", remembered(check_state))
+    sound = c.certify(path)
     assert sound.ok, sound.faults
-    assert len(sound.points) == len(seen) == 1
-    looked_at = {check.quantity for check in sound.points[0].checks}
-    groups = {name.partition("/")[0] for name in store.dataset_names(path)}
-    assert groups <= looked_at | {"gap"} | set(sound.points[0].left_out)
-    totals = {one.name for one in fields(Totals)} | {"mean_gap", "elastic_energy", "repulsive", "attracted", "target"}
-    assert totals <= looked_at
+    left_out = {name for one in (*sound.points, *sound.files) for name in one.left_out}
+    totals = {one.name for one in fields(Totals)} | {"mean_gap", "elastic_energy", "target"}
+    assert not left_out & (totals | {"repulsive", "attracted", "gap", "measured", "heights", "realised_rms_slope"})
 
-    (problem, point, *rest), columns = seen[0], looked_at & {one.name for one in fields(Point)}
-    for name in sorted(columns):
-        for value in other_values(getattr(point, name)):
-            checks = certify._checks(problem, replace(point, **{name: value}), *rest)
-            judged = {check.quantity: check.ok for check in checks}
-            assert not all(judged.values()) or name not in judged, (name, value)
+    with h5py.File(path) as file:
+        named = [("", name) for name in file.attrs] + [(name, "") for name in datasets_of(file)]
+    named = [each for each in named if max(each).partition("/")[0] not in left_out]
+    changes = [(*each, value) for each in named for value in (0.0, 0.99, 2.0, np.nan)]
+    if not every:
+        changes = [changes[i] for i in np.random.default_rng([*CASES].index(case)).permutation(len(changes))[:SAMPLE]]
+    whole = path.read_bytes()
+    for name, attribute, value in changes:
+        path.write_bytes(whole)
+        with h5py.File(path, "r+") as file:
+            differs = changed(file[name or "/"], attribute, value)
+        assert not differs or is_told(path), (name, attribute, value)
+    path.write_bytes(whole)
     for name in ("repulsive", "attracted"):
         assert not c.certify(forged(path, name, with_one_point_elsewhere)).ok, name
+
+
+def datasets_of(file: h5py.File) -> list[str]:
+    names = list[str]()
+    file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+    return [name for name in names if not file[name].attrs.get("NAME", b"").startswith(b"This is a netCDF dimension")]
+
+
+def changed(item: Any, attribute: str, value: float) -> bool:
+    """Change a dataset or an attribute in the open file, its sums with it; whether that made a difference."""
+    if attribute:
+        before = item.attrs[attribute]
+        kind = getattr(before, "dtype", np.dtype("U")).kind
+        other = {"f": lambda: before * value, "u": lambda: 1 - before, "i": lambda: before + 1}
+        item.attrs.modify(attribute, other.get(kind, lambda: f"{before}x")())
+        return bool(kind != "f" or before != other["f"]())
+    before = item[()]
+    if before.dtype.kind == "O":  # words: another one of those that there are
+        other = np.array([b"CONVERGED" if word != b"CONVERGED" else b"STALLED" for word in before], dtype=object)
+        item[...] = other
+        item.attrs["crc32"] = store._sum_of(np.array([word.decode() for word in other]))
+        return True
+    with np.errstate(invalid="ignore"):  # infinity times zero
+        other = before * value if before.dtype.kind == "f" else before ^ 1 if value else before
+    item[...] = other.astype(before.dtype)
+    return bool((item[()] != before).any() and not np.isnan(before).all())
+
+
+def is_told(path: Path) -> bool:
+    try:
+        found = c.certify(path)
+    except StickinessError:
+        return True
+    return not found.ok or bool(found.unconverged)
+
+
+def remembered(check: Callable[..., StateCheck]) -> Callable[..., StateCheck]:
+    """The same check, made once for each contact and gap."""
+    known = dict[Any, StateCheck]()
+
+    def found(problem: ContactProblem, gap: Real, **given: Any) -> StateCheck:
+        key = gap.tobytes(), problem.wall.work_of_adhesion
+        if key not in known:
+            known[key] = check(problem, gap, **given)
+        return known[key]
+
+    return found
 
 
 def test_where_nothing_was_looked_at_nothing_is_sound(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 import pickle
 import re
@@ -300,6 +301,40 @@ def test_a_column_is_that_of_the_modules_beside_it(copied: Path) -> None:
     assert set(collect(copied / "many")["twice"]) == {2.0}
     (copied / "deeper.py").write_text("FACTOR = 3.0\n")
     assert any("twice" in line for line in c.sweep_status(copied / "many", path).changes)
+
+
+def test_verify_looks_at_numbers_and_texts_of_columns(copied: Path) -> None:
+    root = copied / "many"
+    assert c.sweep_verify(root).ok
+    folder = root / "columns"
+    code, numbers = next(folder.glob("*.py")), next(folder.glob("*.json"))
+    text = numbers.read_text()
+    damages = [
+        (code, code.read_text().replace("SCALE = 2.0", "SCALE = 2.5")),
+        (numbers, re.sub(r"(\[\[?-?\d\.\d)", r"\g<1>1", text, count=1)),
+        (numbers, text.replace("doubled", "halved")),
+        (numbers, "[" * 9999),
+        (numbers, json.dumps({**json.loads(text), "system": "another"})),
+        (numbers, json.dumps([1])),
+    ]
+    for path, other in damages:
+        before = path.read_text()
+        path.write_text(other)
+        assert [str(path) in fault for fault in c.sweep_verify(root).faults] == [True], (path, other[:99])
+        path.write_text(before)
+    listing = root / "systems.json"
+    text = listing.read_text()
+    listing.write_text(text.replace("[3], ", "[7], ") if "[3], " in text else text.replace(", [3]", ", [7]"))
+    (fault,) = c.sweep_verify(root).faults
+    assert "lists surface.seed = 7, which is 3" in fault
+    listing.write_text(text.replace('"surface.hurst": 0.8', '"surface.hurst": 0.7'))
+    assert len(c.sweep_verify(root).faults) == 2
+    listing.write_text(text)
+    path = next(folder.glob("*.json"))
+    path.write_text("{")
+    assert not c.sweep_verify(root, aside=True).ok
+    assert not path.exists()
+    assert c.sweep_verify(root).ok
 
 
 def test_a_function_of_python_is_that_of_the_modules_that_it_uses(
