@@ -72,7 +72,7 @@ def limits_of(field: FieldInfo, *, in_inputs: bool = True) -> dict[str, float]:
         for limit in getattr(part, "metadata", (part,)):
             if in_inputs or not isinstance(limit, InInputs):
                 found |= {name: bound for name in _LIMITS if (bound := getattr(limit, name, None)) is not None}
-    if 0 < found.get("ge", 0) < 1e-50:  # a bound that only excludes zero
+    if 0 < found.get("ge", 0) <= SMALLEST:  # a bound that only excludes zero
         found |= {"gt": 0.0}
         del found["ge"]
     elif found.get("ge", math.inf) <= found.get("gt", -math.inf):
@@ -138,7 +138,9 @@ OneOrSeveral = _OneInPlace(lambda value: tuple(value) if isinstance(value, tuple
 """Marks a list in place of which one value may be given."""
 InputFile = Annotated[Path, BeforeValidator(_existing)]
 """A file that must exist, relative to the input file; the identity contains its content."""
-Positive = Annotated[float, Field(gt=0)]
+SMALLEST, LARGEST = 1e-30, 1e30
+"""Of positive numbers in reduced units: powers that laws and spectra take of them are numbers, too."""
+Positive = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
 Points = Annotated[int, Field(ge=1, le=LARGEST_N)]
 """Number of points or atoms along a side."""
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
@@ -150,7 +152,7 @@ def _or_infinite(value: Any, finite: ValidatorFunctionWrapHandler, info: Validat
     return math.inf if value is None or in_python else finite(value)
 
 
-OrInfinite = Annotated[float, Field(gt=0), WrapValidator(_or_infinite)]
+OrInfinite = Annotated[float, Field(ge=SMALLEST, le=LARGEST), WrapValidator(_or_infinite)]
 """A positive number; infinite in Python, and not given in an input, where there is no bound."""
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 """A number between 0 and 1."""

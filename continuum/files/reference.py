@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 from continuum.files.inputs import load
 from continuum.files.tables import Document
 from continuum.files.toml import find, text_of
-from continuum.keys import ForBoth, limits_of
+from continuum.keys import LARGEST, ForBoth, limits_of
 from continuum.tables import Table, explained, tables_in
 
 _WIDTH = 100
@@ -80,7 +80,8 @@ def _about(table: type[Table]) -> str:
 
 def _entry(name: str, field: FieldInfo) -> Entry:
     default = "" if field.is_required() else _toml(field.get_default(call_default_factory=True))
-    limits = limits_of(field)
+    # A bound that only keeps powers from overflow is not shown.
+    limits = {name: bound for name, bound in limits_of(field).items() if bound != LARGEST}
     bounds = [f"{_BOUNDS[name]} {bound:g}" for name, bound in limits.items()]
     kind = ", ".join([_words(field.rebuild_annotation()), *bounds])
     meaning = " ".join((field.description or "").split())

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from continuum.arguments import array, count, number, pair
-from continuum.keys import LARGEST_N, ForBoth, Points
+from continuum.keys import LARGEST, LARGEST_N, SMALLEST, ForBoth, Points
 from continuum.model import fourier
 from continuum.model.fourier import Complex, Real, block_edges, padded
 from continuum.tables import Fault, Table, constraint
 
-SHORTEST, LONGEST = 1e-30, 1e30
+SHORTEST, LONGEST = SMALLEST, LARGEST
 """Bounds of periods, in any unit, within which fourth powers of wavevectors do not overflow."""
 
 

@@ -234,6 +234,6 @@ def range_of_integrals(weighted: float | np.floating, work: float | np.floating)
 def snap_in_wavelength(largest_softening: float, contact_modulus: float = 1.0) -> float:
     """Wavelength above which two flats snap together: where E* q/2 falls below the law's softening.
 
-    For the paper's law the softening is at most E*/(6 a0), whatever its range: 6π a0.
+    For the paper's law the softening is at most E*/(6 a0), whatever its range: 6π a0.  Infinite without softening.
     """
-    return np.pi * contact_modulus / largest_softening
+    return np.pi * contact_modulus / largest_softening if largest_softening > 0 else np.inf

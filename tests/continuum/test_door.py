@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import warnings
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -14,6 +17,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
+from continuum.keys import LARGEST, SMALLEST
+from continuum.model.substrates import Response
+from continuum.model.walls import Wall
+from continuum.tables import Description
+from tests.kinds import KINDS, made
 from tests.problems import SMALL, Rough
 from tests.wrong import ANYTHING, refused_by_name
 
@@ -172,6 +180,19 @@ def test_whatever_is_given_is_used_or_refused_by_its_name(call: str, data: st.Da
     name = data.draw(st.sampled_from(sorted(CALLS[call][1])))
     anything = ANYTHING.filter(lambda value: not callable(value)) if name == "progress" else ANYTHING
     refused_by_name(*CALLS[call], name, data.draw(anything))
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS.values() if issubclass(kind, Wall | Response)])
+def test_numbers_that_no_contact_has_are_refused_or_solved_to_a_status(kind: type[Description]) -> None:
+    """At the bounds of each argument, and far beyond: powers of them are numbers."""
+    heights = Rough(8, lambda_s=4.0, lambda_L=8.0).heights()
+    names = [name for name, value in made(kind).keywords().items() if isinstance(value, float)]
+    for name, value in itertools.product(names, (1e-300, SMALLEST, LARGEST, 1e300, 2**70)):
+        with warnings.catch_warnings(), suppress(ValueError):  # where it is refused
+            warnings.simplefilter("ignore")
+            one = kind.model_validate({**kind.example, name: value}, context={})
+            parts = {"wall": one} if issubclass(kind, Wall) else {"wall": c.HardWall(), "substrate": one}
+            assert c.Contact(heights, max_iterations=20, **parts).press(area=0.1).status
 
 
 def test_what_is_no_name_of_a_file_or_no_setting_is_refused(folder: Path) -> None:

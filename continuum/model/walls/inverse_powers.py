@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 from pydantic import BeforeValidator, Field, model_validator
 
-from continuum.keys import Fraction, InInputs, frozen
+from continuum.keys import Fraction, InInputs, Positive, frozen
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
@@ -32,11 +32,11 @@ class InversePowers(Wall):
 
     powers: Annotated[tuple[_Power, _Power], BeforeValidator(frozen)]
     """whole powers (m, n) of the energy, m > n > 1"""
-    minimum_stiffness: Annotated[float, Field(gt=0), Instead] = NOT_GIVEN
+    minimum_stiffness: Annotated[Positive, Instead] = NOT_GIVEN
     """stiffness per area at the minimum, in E*/a0; instead of adhesion_length"""
     core: Fraction = CORE
     """gap below which the law is continued with constant stiffness, in a0"""
-    adhesion_length: Annotated[float, Field(gt=0), InInputs(le=LARGEST_RANGE**2 / 24)] | None = None
+    adhesion_length: Annotated[Positive, InInputs(le=LARGEST_RANGE**2 / 24)] | None = None
     """l_a = w/E*, in a0; the stiffness of the law follows from it"""
 
     @constraint

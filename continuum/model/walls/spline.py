@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 from pydantic import Field, model_validator
 
-from continuum.keys import Fraction, InInputs, Positive
+from continuum.keys import LARGEST, Fraction, InInputs, Positive
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
@@ -18,7 +18,7 @@ from continuum.theory import paper
 LARGEST_RANGE = 3.0
 """Largest range of the paper's law in an input, in a0.  Its largest tension is (2/27) E* r/a0: at 3 a0 it is 0.22 E*,
 the ideal strength of a crystal, far beyond where linear elasticity says anything."""
-AdhesionLength = Annotated[float, Field(ge=0), InInputs(le=LARGEST_RANGE**2 / 24)]
+AdhesionLength = Annotated[float, Field(ge=0, le=LARGEST), InInputs(le=LARGEST_RANGE**2 / 24)]
 """l_a = w/E*, in a0; in an input at most that of the largest range."""
 
 
@@ -42,7 +42,7 @@ class LennardJonesSpline(Wall, kind="lennard-jones-spline"):
     instead: ClassVar[Mapping[str, str]] = {"adhesion_length": "range"}
     zero_gap: ClassVar[float] = 1.0
 
-    range: Annotated[float, Field(ge=0), InInputs(le=LARGEST_RANGE), Instead] = NOT_GIVEN
+    range: Annotated[float, Field(ge=0, le=LARGEST), InInputs(le=LARGEST_RANGE), Instead] = NOT_GIVEN
     """distance over which the wall attracts, in a0: 0 for no adhesion, at most 3 in an input, as the tension exceeds
     0.2 E* beyond, the strength of crystals; instead of adhesion_length"""
     minimum_stiffness: Positive = 0.5
