@@ -16,7 +16,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.result import Result
 from continuum.sweeps.axes import label_of
 from continuum.sweeps.folder import Folder
-from continuum.sweeps.sweep import systems_of
+from continuum.sweeps.listing import systems_of
 
 DECK_RUN, DECK_VERSION = "stickiness/deck-run", 2
 """What `atomistic read` stores."""

@@ -242,7 +242,7 @@ def _is_at(mark: Path, descriptor: int) -> bool:
 def holder(mark: Path) -> str:
     """Process and host that lock a file, from the lock file beside it."""
     try:
-        return mark.read_text() or "another process"
+        return mark.read_text(errors="replace") or "another process"
     except OSError:
         return "another process"
 

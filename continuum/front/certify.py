@@ -34,7 +34,7 @@ from continuum.runs.run import states_of
 from continuum.sheet import Column, Sheet, Shown
 from continuum.show.checks import quantities
 from continuum.sweeps.folder import Folder
-from continuum.sweeps.sweep import systems_of
+from continuum.sweeps.listing import systems_of
 
 ENOUGH = 1.5
 """Factor by which residuals may exceed tolerance and rounding, as finite differences smooth a kink of the law: 1.3 was

@@ -31,7 +31,8 @@ from continuum.sweeps.collect import SweepRun as SweepRun
 from continuum.sweeps.columns import ColumnFunction, functions_by_name
 from continuum.sweeps.crossings import Crossing, crossings_of, crossings_sheet, done_before, solve_task
 from continuum.sweeps.folder import Folder
-from continuum.sweeps.sweep import SystemTask, begin, record, record_death, systems_of
+from continuum.sweeps.listing import systems_of
+from continuum.sweeps.sweep import SystemTask, begin, record, record_death
 from continuum.sweeps.workers import Message, Task, TaskResult, check_workers, require_scheduler, run_tasks
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"

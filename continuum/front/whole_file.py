@@ -50,10 +50,11 @@ class FileCertificate(Examination):
 
 def certify_file(result: Result, system: RunSetup) -> FileCertificate:
     """Compare what a finished run stores beside its states with its input, its points and its maps."""
-    names = store.read_few(result.path, ("quantity",), ())[0].get("quantity", np.array([])).tolist()
-    checks = [*_attributes(result, system), *_datasets(result, system)]
-    if names:
-        checks += _measured(result, system, names)
+    with understood(result.path):
+        names = store.read_few(result.path, ("quantity",), ())[0].get("quantity", np.array([])).tolist()
+        checks = [*_attributes(result, system), *_datasets(result, system)]
+        if names:
+            checks += _measured(result, system, names)
     found = FileCertificate(result.path, checks=tuple(checks))
     left_out = {name.partition("/")[0] for name in result.attributes} - found.looked_at
     left_out |= {f"{MEASURED_TABLE}: {name}" for name in COLUMNS if names and name not in names}
@@ -95,9 +96,7 @@ def _measured(result: Result, system: RunSetup, names: Sequence[str]) -> Iterato
     """The columns of the table of numbers, from the points, their maps and their gaps."""
     twice = sorted({name for name in names if names.count(name) > 1})
     yield same_text("quantity", ", ".join(twice), "")
-    with understood(result.path):  # a map may not be that of its point
-        found = table_of(system, result.points, result.repulsive, result.gap)
-    table = numbers_of(result.path)
+    found, table = table_of(system, result.points, result.repulsive, result.gap), numbers_of(result.path)
     for name in [name for name in found if name in names]:
         allowed = ITERATED if name == "tangent_stiffness" else NEARLY
         yield _of_numbers(f"{MEASURED_TABLE}: {name}", table[name], found[name], allowed)

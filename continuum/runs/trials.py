@@ -31,7 +31,7 @@ def read_trials(path: Path, of: str = "") -> list[tuple[Any, Any]]:
         rows = content["trials"]
         sound = not of or (content["of"] == of and content["sha256"] == _checksum(rows))
         return [(place, found) for place, found in rows] if sound else []
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return []
 
 

@@ -30,8 +30,8 @@ from continuum.sweeps.columns import column_faults
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.crossings import Crossing, asked_for, crossings_of, crossings_sheet, with_columns
 from continuum.sweeps.folder import TABLE_SCHEMA, Folder
+from continuum.sweeps.listing import SweepListing, systems_of
 from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
-from continuum.sweeps.sweep import SweepListing, systems_of
 from continuum.sweeps.workers import TaskResult
 
 if TYPE_CHECKING:

@@ -20,8 +20,9 @@ from continuum.sweeps.axes import System, label_of
 from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.columns import OwnColumn, columns_of
 from continuum.sweeps.folder import Folder, names
+from continuum.sweeps.listing import SweepListing, tried
 from continuum.sweeps.measured import SystemTable, numbers_of
-from continuum.sweeps.sweep import SweepListing, SystemTask, solve_system, tried
+from continuum.sweeps.sweep import SystemTask, solve_system
 
 Numbers = Callable[[str], SystemTable | None]
 """Function that returns the numbers of a system by its identity; None if there are none, or columns are missing."""

@@ -8,6 +8,7 @@ columns of one's own ``columns/KEY.json`` (their numbers in a system) and the fu
 """
 
 import json
+from contextlib import suppress
 from pathlib import Path
 
 from continuum.errors import InputError, OutputError
@@ -59,11 +60,12 @@ class Folder:
     def failure_reason(self, key: str) -> str:
         """The first line of the reason why a system or a search failed; empty if there is no record."""
         try:
-            return str(json.loads(self.failure(key).read_text())["reason"]).splitlines()[0]
+            reason = str(json.loads(self.failure(key).read_text(encoding="utf-8"))["reason"]).splitlines()[0]
         except FileNotFoundError:
             return ""
-        except (OSError, ValueError, KeyError, IndexError, TypeError):
+        except (OSError, ValueError, KeyError, IndexError, TypeError, RecursionError):
             return "its record cannot be read"
+        return "".join(letter if letter.isprintable() else "?" for letter in reason)
 
     def make(self) -> None:
         """Make its folders; raises OutputError if they cannot be made or written to."""
@@ -105,6 +107,14 @@ class Folder:
 def names(path: Path) -> frozenset[str]:
     """Stems of the files of a folder, without hidden ones; empty if there is no such folder."""
     return frozenset(entry.stem for entry in path.glob("[!.]*"))
+
+
+def save_once(path: Path, text: str) -> None:
+    """Write a file unless it exists with the same content, as several processes may start together."""
+    with suppress(OSError, ValueError):
+        if path.read_text() == text:
+            return
+    output.save(path, text, own=True)
 
 
 def _begins_with(path: Path, start: bytes) -> bool:

@@ -16,7 +16,8 @@ from continuum.sheet import MOST, Sheet, pairs
 from continuum.sweeps.axes import Sweep, System
 from continuum.sweeps.crossings import NOT_DONE, Crossing, asked_for, crossings_of, crossings_sheet
 from continuum.sweeps.folder import Folder
-from continuum.sweeps.sweep import SweepListing, changes_of, systems_of
+from continuum.sweeps.listing import SweepListing, systems_of
+from continuum.sweeps.sweep import changes_of
 
 _RECENT = 50
 """Number of last finished systems from which the rate is computed."""
@@ -130,7 +131,7 @@ def sweep_status(
             stored = _points_in(folder.work / f"{name}.h5")
             running.append(f"{costs[name].label if name in costs else name}: {output.holder(mark)}{stored}")
     died = [
-        f"{costs[mark.stem].label}: {mark.read_text(encoding='utf-8').strip()}"
+        f"{costs[mark.stem].label}: {mark.read_text(encoding='utf-8', errors='replace').strip()}"
         for mark in sorted(folder.work.glob("*.died"))
         if mark.stem in costs and mark.stem not in done
     ]

@@ -6,7 +6,7 @@ All state is in the folder of the sweep: processes may die, and several may work
 import hashlib
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -21,12 +21,12 @@ from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.growth import Growth, growths
 from continuum.runs.run import follow_run
-from continuum.runs.trials import read_trials
 from continuum.sweeps.axes import Axis, Sweep, System, label_of
 from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.columns import OwnColumn, add_columns, require_functions
 from continuum.sweeps.conditions import dotted
-from continuum.sweeps.folder import Folder, SweepError, names
+from continuum.sweeps.folder import Folder, SweepError, names, save_once
+from continuum.sweeps.listing import SweepListing, SweepSearch, listing_text, systems_of, with_trials
 from continuum.sweeps.measured import ADDED
 from continuum.sweeps.workers import Task, TaskResult, say
 
@@ -34,38 +34,6 @@ _MOST = 8
 """Keys that a message names."""
 _EVERY = 20.0
 """Largest time of a path that a killed process loses; shorter pieces are not stored."""
-
-
-@dataclass(frozen=True)
-class SweepSearch:
-    """A search of a sweep, in one combination of its axes."""
-
-    name: str
-    """Name of its files, made from the search and the systems at its ends."""
-    systems: tuple[System, ...]
-    """Its ends and the trials between them, in the order of the key."""
-
-
-@dataclass(frozen=True)
-class SweepListing:
-    """The systems of a sweep."""
-
-    name: str
-    axes: tuple[Axis, ...]
-    """The axes; the key of a search is the last, with the values tried."""
-    common: Mapping[str, Any]
-    """Values of all other keys of the input, defaults included."""
-    systems: tuple[System, ...]
-    """All systems; trials of searches are added as they are run."""
-    bisection: Bisection | None = None
-    """What is searched for, if anything is."""
-    searches: tuple[SweepSearch, ...] = ()
-    columns: tuple[OwnColumn, ...] = ()
-    """Columns of one's own."""
-
-    @property
-    def keys(self) -> set[str]:
-        return {system.key for system in self.systems}
 
 
 @dataclass(frozen=True)
@@ -113,10 +81,10 @@ def begin(
     folder.make()
     if changes and warn is not None:
         warn(changes)
-    _save_once(folder.description, sweep.text)
-    _save_once(folder.listing, _json(listing))
+    save_once(folder.description, sweep.text)
+    save_once(folder.listing, listing_text(listing))
     for column in sweep.columns:
-        _save_once(output.folder(folder.columns) / column.file_name, column.kept_text)
+        save_once(output.folder(folder.columns) / column.file_name, column.kept_text)
     failed = names(folder.failed)
     if retry:
         for name in failed:
@@ -218,29 +186,6 @@ def solve_system(root: Path, task: SystemTask) -> None:
         folder.death(task.path.stem).unlink(missing_ok=True)
 
 
-def systems_of(root: str | Path) -> SweepListing:
-    """The systems of the sweep in a folder; raises SweepError if there is none."""
-    path = Folder(Path(root)).listing
-    try:
-        data = json.loads(path.read_text())
-        axes = tuple(Axis(tuple(a["keys"]), tuple(map(tuple, a["values"]))) for a in data["axes"])
-        keys = [key for axis in axes for key in axis.keys]
-        systems = tuple(
-            System(key, dict(zip(keys, values, strict=True)), cost, memory)
-            for key, values, cost, memory in data["systems"]
-        )
-        bisection = Bisection(**data["bisection"]) if data.get("bisection") else None
-        columns = tuple(
-            OwnColumn(str(one["name"]), str(one["origin"]), str(one["digest"])) for one in data.get("columns", ())
-        )
-        listing = SweepListing(data["name"], axes, data["common"], systems, bisection, columns=columns)
-        return _with_trials(Folder(Path(root)), listing)
-    except FileNotFoundError:
-        raise SweepError(f"{root}: is not the folder of a sweep; `continuum sweep run FILE.toml` makes one") from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise SweepError(f"{path}: cannot be read ({error}); the same `continuum sweep run` writes it again") from error
-
-
 def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask]]:
     tasks = list[SystemTask]()
     common: dict[str, Any] = {}
@@ -260,7 +205,7 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
     on_axes = {key for axis in axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}
     systems = tuple(task.plan for task in tasks)
-    listing = _with_trials(folder, SweepListing(sweep.name, axes, common, systems, search, columns=sweep.columns))
+    listing = with_trials(folder, SweepListing(sweep.name, axes, common, systems, search, columns=sweep.columns))
     if search is not None:
         tasks = [_search_task(folder, search, each, sweep.columns) for each in listing.searches]
     return listing, tasks
@@ -272,35 +217,6 @@ def _search_task(folder: Folder, search: Bisection, of: SweepSearch, columns: tu
     cost, memory = search.most * max(lower.cost, upper.cost), max(lower.memory, upper.memory)
     path = folder.search(of.name)
     return SystemTask(path, label, cost, memory, plan=lower, bisection=search, upper=upper.key, columns=columns)
-
-
-def tried(path: Path) -> dict[float, str]:
-    """The trials of a search between its ends, by the value of its key; empty if its file cannot be read."""
-    try:
-        return {float(value): str(key) for value, key in read_trials(path)}
-    except (ValueError, TypeError):
-        return {}
-
-
-def _with_trials(folder: Folder, listing: SweepListing) -> SweepListing:
-    """A listing of the ends of searches, with the trials between them."""
-    if (search := listing.bisection) is None:
-        return listing
-    searches = []
-    for lower, upper in zip(listing.systems[::2], listing.systems[1::2], strict=True):
-        # With another tolerance it is continued under the same name.
-        content = json.dumps([lower.key, upper.key, search.column, search.target, search.crosses, search.scale])
-        name = hashlib.sha256(content.encode()).hexdigest()[:24]
-        cost, memory = max(lower.cost, upper.cost), max(lower.memory, upper.memory)
-        between = (
-            System(key, {**lower.settings, search.key: value}, cost, memory)
-            for value, key in sorted(tried(folder.search(name)).items())
-        )
-        searches.append(SweepSearch(name, (lower, *between, upper)))
-    systems = tuple(system for each in searches for system in each.systems)
-    values = sorted({system.settings[search.key] for system in systems})
-    axes = (*listing.axes[:-1], Axis((search.key,), tuple((value,) for value in values)))
-    return replace(listing, axes=axes, systems=systems, searches=tuple(searches))
 
 
 def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[str]) -> list[str]:
@@ -372,32 +288,6 @@ def _differences(before: SweepListing, now: SweepListing) -> list[str]:
     ]
     old, new = ({key: json.loads(json.dumps(value)) for key, value in one.items()} for one in values)
     return [f"{key}: {old.get(key)}, now {new.get(key)}" for key in {**old, **new} if old.get(key) != new.get(key)]
-
-
-def _json(listing: SweepListing) -> str:
-    axes, systems, added = listing.axes, listing.systems, dict[str, Any]()
-    if listing.bisection is not None:  # without keys that searches change
-        systems = tuple(end for each in listing.searches for end in (each.systems[0], each.systems[-1]))
-        ends = tuple((system.settings[listing.bisection.key],) for system in systems[:2])
-        axes, added = (*axes[:-1], replace(axes[-1], values=ends)), {"bisection": vars(listing.bisection)}
-    if listing.columns:
-        added["columns"] = [
-            {name: getattr(one, name) for name in ("name", "origin", "digest")} for one in listing.columns
-        ]
-    named = [{"keys": axis.keys, "values": axis.values} for axis in axes]
-    head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listing.name, "axes": named, **added}
-    # One line for each system, so that a long list remains readable.
-    rows = [json.dumps([s.key, list(s.settings.values()), s.cost, s.memory]) for s in systems]
-    start = json.dumps({**head, "common": listing.common})
-    return start[:-1] + ', "systems": [\n' + ",\n".join(rows) + "\n]}\n"
-
-
-def _save_once(path: Path, text: str) -> None:
-    """Write a file unless it exists with the same content, as several processes may start together."""
-    with suppress(OSError, ValueError):
-        if path.read_text() == text:
-            return
-    output.save(path, text, own=True)
 
 
 def record_death(root: Path, task: Task, death: str) -> None:

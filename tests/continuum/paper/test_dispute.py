@@ -32,8 +32,8 @@ from continuum.paper.points import FigureError
 from continuum.sticky.criteria import RoughContact
 from continuum.sweeps.axes import Axis, System
 from continuum.sweeps.collect import PointTable
+from continuum.sweeps.listing import SweepListing
 from continuum.sweeps.measured import COLUMNS
-from continuum.sweeps.sweep import SweepListing
 from continuum.theory import rough
 from docs.studies.record import added
 from tests.kinds import covering

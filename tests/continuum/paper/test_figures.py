@@ -24,8 +24,8 @@ from continuum.show import plot
 from continuum.sweeps.axes import Axis, System
 from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.collect import PointTable
+from continuum.sweeps.listing import SweepListing
 from continuum.sweeps.measured import COLUMNS
-from continuum.sweeps.sweep import SweepListing
 from continuum.theory import paper
 from docs.studies.judge import judged_again
 from tests.printed import faults_in_print

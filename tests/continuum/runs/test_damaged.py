@@ -107,6 +107,7 @@ def read_all(path: Path) -> None:
         result.sheets()
         result.contact_map(len(result.points) - 1)
         result.gap(0)
+        result.analyse().sheets()
     with suppress(StoreError):
         assert json.dumps(OpenedResults.of(path).states(0), allow_nan=False)
 

@@ -18,7 +18,7 @@ import continuum as c
 from continuum.cli import main
 from continuum.errors import OutputError
 from continuum.runs.result import Result
-from continuum.sweeps.sweep import systems_of
+from continuum.sweeps.listing import systems_of
 
 RELEASES = Path(__file__).with_name("releases")
 ROUGH = """

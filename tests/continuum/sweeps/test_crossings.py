@@ -29,7 +29,8 @@ from continuum.sweeps import crossings
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.collect import collect
 from continuum.sweeps.crossings import TrialError, crossings_of, done_before, solve_task
-from continuum.sweeps.sweep import SystemTask, begin, record, systems_of
+from continuum.sweeps.listing import systems_of
+from continuum.sweeps.sweep import SystemTask, begin, record
 from continuum.sweeps.workers import TaskResult
 from tests.problems import SMALL
 from tests.stored import same

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import shutil
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import continuum as c
 from continuum.cli import main
-from continuum.errors import OutputError
+from continuum.errors import OutputError, StickinessError
 from continuum.files import store
 from continuum.sweeps.axes import Sweep
+from continuum.sweeps.collect import LeftOutWarning
 from continuum.sweeps.folder import Folder
-from continuum.sweeps.sweep import begin, systems_of
+from continuum.sweeps.listing import systems_of
+from continuum.sweeps.sweep import begin
 from tests.problems import SMALL
 
 
@@ -157,3 +165,82 @@ def test_the_input_of_a_sweep_may_lie_where_its_description_goes_but_is_not_writ
     assert "is an input" in capsys.readouterr().err
     assert content(tmp_path) == before
     assert sorted(entry.name for entry in (tmp_path / "sweep").iterdir()) == ["sweep.toml"]
+
+
+ANY_JSON = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.sampled_from(["", "a.b", "\x1b[2J", "../../x", "9" * 64]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from("ab"), inner, max_size=2),
+    max_leaves=5,
+)
+BROKEN = [b"", b"{", b"[" * 100_000, b"\xff\xfe{}", b"null", b"[]", b"{}", b"NaN", b'"' + b"9" * 6000, b"9" * 6000]
+SEARCH = 'wall.adhesion_length = { bisect = "load", from = 0.006, to = 0.018, tolerance = 0.5 }\n'
+
+
+def places_in(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Where values stand in JSON."""
+    yield path
+    for key in data if isinstance(data, dict) else range(len(data)) if isinstance(data, list) else ():
+        yield from places_in(data[key], (*path, key))
+
+
+def replaced(data: Any, path: tuple[Any, ...], value: Any) -> Any:
+    if not path:
+        return value
+    copy = data.copy()
+    copy[path[0]] = replaced(data[path[0]], path[1:], value)
+    return copy
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, bytes]:
+    """Every file of JSON and text in the folder of a search, by its name."""
+    folder = tmp_path_factory.mktemp("recorded")
+    (folder / "mine.py").write_text("def half(result):\n    return 0.5\n")
+    text = SMALL.replace("1.6, 1.4,\n           1.2", "1.4").replace("retract = true", "")
+    path = described(folder, "[1]", text)
+    path.write_text(f'{path.read_text()}{SEARCH}[sweep.columns]\nhalf = "mine.py"\n')
+    root = c.sweep(path, folder).folder
+    (key, *_) = (system.key for system in systems_of(root).systems)
+    Folder(root).failure(key).write_text('{"system": "a", "reason": "b"}')
+    Folder(root).death(key).write_text("process 7")
+    (root / "work" / f".{key[:24]}.lock").write_text("process 7 on nowhere since yesterday")
+    return {each: each.read_bytes() for each in root.rglob("*") if each.suffix in (".json", ".died", ".lock")}
+
+
+def looked_at(root: Path) -> None:
+    for look in (c.sweep_status, c.sweep_verify, collected):
+        with suppress(StickinessError), warnings.catch_warnings():
+            warnings.simplefilter("ignore", LeftOutWarning)
+            look(root)
+
+
+def collected(root: Path) -> None:
+    found = c.sweep_collect(root)
+    found.to_pandas()
+    found.to_xarray()
+    assert found.sheets()
+
+
+@given(st.data())
+@settings(max_examples=15)
+def test_whatever_a_file_of_the_folder_says_is_read_or_refused(
+    recorded: dict[Path, bytes], data: st.DataObject
+) -> None:
+    """JSON of any form in the place of any value, and files that are none: a message, and no file from elsewhere."""
+    path = data.draw(st.sampled_from(sorted(recorded)))
+    whole = recorded[path]
+    if path.suffix == ".json" and data.draw(st.integers(0, 3)):
+        given = json.loads(whole)
+        place = data.draw(st.sampled_from(list(places_in(given))))
+        changed = json.dumps(replaced(given, place, data.draw(ANY_JSON))).encode()
+    else:
+        changed = data.draw(st.sampled_from(BROKEN))
+    path.write_bytes(changed)
+    try:
+        looked_at(path.parent if path.name == "systems.json" else path.parent.parent)
+    finally:
+        path.write_bytes(whole)

@@ -38,9 +38,10 @@ from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep, label_of
 from continuum.sweeps.collect import LeftOutWarning, Verification, collect, sweep_verify
 from continuum.sweeps.conditions import condition, holds, values_of
+from continuum.sweeps.listing import systems_of
 from continuum.sweeps.measured import numbers_of
 from continuum.sweeps.status import sweep_status
-from continuum.sweeps.sweep import begin, solve_system, systems_of
+from continuum.sweeps.sweep import begin, solve_system
 from tests.problems import SMALL
 from tests.stored import content, same
 
