@@ -6,6 +6,7 @@ Archives require a flat folder: ``index.html`` with its figures, ``table.csv``, 
 
 import hashlib
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from continuum.errors import OutputError
 from continuum.files import output as files
 from continuum.files.provenance import Citation, provenance
 from continuum.front.sweeps import sweep_collect
-from continuum.sweeps.collect import PointTable
+from continuum.sweeps.collect import LeftOutWarning, PointTable
 from continuum.sweeps.folder import Folder
 
 SUMS = "SHA256SUMS"
@@ -70,7 +71,8 @@ def sweep_publish(
         raise ArgumentError("creators", creators, 'names, each as "Family, Given"')
     names = tuple(_line("creators", name) for name in creators)
     citation, before = Citation.read(), {} if flag("force", force) else _earlier(place)
-    with TemporaryDirectory() as made:
+    with TemporaryDirectory() as made, warnings.catch_warnings():
+        warnings.simplefilter("ignore", LeftOutWarning)  # the page and the result say it
         draft = Path(made)
         found = sweep_collect(root, draft)
         files.distinct(place / "sweep.toml", [Folder(root).description])
