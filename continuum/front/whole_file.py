@@ -21,7 +21,7 @@ from continuum.runs.build import RunSetup
 from continuum.runs.record import Record
 from continuum.runs.result import Result
 from continuum.runs.run import attributes_of, positions_of
-from continuum.sweeps.measured import COLUMNS, MEASURED_TABLE, numbers_of, table_of
+from continuum.sweeps.measured import COLUMNS, MEASURED_TABLE, measured_columns, numbers_of
 
 EXACT = 1e-12
 """Relative difference of numbers that are the same but for their last digits."""
@@ -96,7 +96,7 @@ def _measured(result: Result, system: RunSetup, names: Sequence[str]) -> Iterato
     """The columns of the table of numbers, from the points, their maps and their gaps."""
     twice = sorted({name for name in names if names.count(name) > 1})
     yield same_text("quantity", ", ".join(twice), "")
-    found, table = table_of(system, result.points, result.repulsive, result.gap), numbers_of(result.path)
+    found, table = measured_columns(system, result.points, result.repulsive, result.gap), numbers_of(result.path)
     for name in [name for name in found if name in names]:
         allowed = ITERATED if name == "tangent_stiffness" else NEARLY
         yield _of_numbers(f"{MEASURED_TABLE}: {name}", table[name], found[name], allowed)

@@ -32,7 +32,7 @@ class SelfAffineSurface(SelfAffineSpectrum, kind="self-affine"):
     """seed of the random numbers"""
     rms_slope: Slope | None = None
     """h'rms, the rms slope; instead of rms_height"""
-    rms_height: Positive | None = None
+    rms_height: Annotated[float, Field(gt=0)] | None = None  # bounds follow from those of the slope
     """h_rms, in a0; instead of rms_slope"""
     rescale: bool = True
     """whether the realisation is scaled to exactly that rms slope or height, or scatters about it"""

@@ -99,7 +99,7 @@ def _quantities(system: RunSetup, record: Record) -> Dataset:
 def _table(system: RunSetup, record: Record) -> Dataset:
     """One row for each point, one column for each of :data:`COLUMNS`."""
     ny = system.problem.grid.shape[1]
-    found = table_of(
+    found = measured_columns(
         system,
         record.points,
         lambda step: store.unpack(record.repulsive[step], ny),
@@ -109,7 +109,7 @@ def _table(system: RunSetup, record: Record) -> Dataset:
     return Dataset(table, ("step", "quantity"), "", "numbers of each point: tables are made of them")
 
 
-def table_of(
+def measured_columns(
     system: RunSetup, points: Sequence[Point], repulsive: Callable[[int], Mask], gap_of: Callable[[int], Real | None]
 ) -> dict[str, Real]:
     """Each of :data:`COLUMNS` of a path, a value for each point.

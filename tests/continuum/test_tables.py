@@ -70,7 +70,10 @@ def test_a_key_with_fixed_names_names_several_kinds() -> None:
 
 def test_its_faults_are_told_in_its_words(newcomer: type[Wall]) -> None:
     for given, words in (
-        ({"law": "newcomer", "strength": -1.0}, "greater than 0 (tells how strong it is)"),
+        (
+            {"law": "newcomer", "strength": -1.0},
+            "greater than 0 and less than or equal to 1e+30 (tells how strong it is)",
+        ),
         ({"law": "newcomer", "strength": 1.0, "range": 1.0}, "it belongs to another kind of [wall]"),
         ({"law": "newcomar", "strength": -1.0}, 'did you mean "newcomer"?'),
         ({"strength": 1.0}, "the kind of the table"),

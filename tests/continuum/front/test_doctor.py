@@ -24,6 +24,9 @@ def distribution(folder: Path, name: str, *files: str) -> None:
     record.mkdir()
     (record / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.2.7\n")
     (record / "RECORD").write_text("".join(f"{file},,\n" for file in files))
+    for file in files:  # importlib_metadata, where something has imported it, leaves out files that are missing
+        (folder / file).parent.mkdir(exist_ok=True)
+        (folder / file).touch()
     sys.path.append(str(folder))
     importlib.invalidate_caches()
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from continuum.arguments import ArgumentError
-from continuum.keys import LARGEST_N
+from continuum.keys import LARGEST_N, SMALLEST
 from continuum.model.counterface import Counterface
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid, GridTable
@@ -24,7 +24,7 @@ from continuum.model.walls.inverse_powers import LennardJones93
 from continuum.path.state import Search
 from continuum.runs.config import LoadingTable
 
-LEAST = 1e-300  # of a positive number
+LEAST = SMALLEST  # of a positive number
 GRID = Grid((6, 8), (6.0, 8.0))
 ISOTROPIC = CubicConstants(1.5, 0.5, 0.5)
 

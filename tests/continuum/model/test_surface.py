@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from continuum.arguments import ArgumentError
+from continuum.keys import LARGEST
 from continuum.model.grid import Grid
 from continuum.model.surface import LARGEST_SLOPE, SMALLEST_SLOPE, SelfAffine, moments, power_spectrum
 from continuum.model.surfaces import CylinderSurface, PunchSurface, SelfAffineSurface, sine, sphere
@@ -220,7 +221,7 @@ def test_no_size_of_a_surface_is_computed_with_that_is_no_number() -> None:
         with pytest.raises(ArgumentError, match=f"^{name} = "):
             made()
     # A roll-off beyond all periods is none.
-    long = SelfAffine(0.8, 0.1, 2.0, 1e300)
+    long = SelfAffine(0.8, 0.1, 2.0, LARGEST)
     np.testing.assert_array_equal(long.power_q(SMALL), SelfAffine(0.8, 0.1, 2.0, 1e3).power_q(SMALL))
 
 

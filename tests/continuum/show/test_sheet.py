@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from continuum.path.state import Event, JumpSide
+from continuum.path.state import NEAREST, Event, JumpSide
 from continuum.runs.record import PathEvent
 from continuum.runs.result import Result
 from continuum.sheet import WIDEST, Column, Sheet, pairs
@@ -77,7 +77,10 @@ def test_points_of_a_path_and_its_jumps_fit_with_their_longest_numbers(monkeypat
         status="MAX_ITERATIONS",
     )  # fmt: skip
     event = PathEvent(100, Event("pull-off", "repulsive-area", "retract", ends, ends))
-    run = SimpleNamespace(points=[point] * 101, resumed=100, events=[event], _not_looked_at=lambda: [True] * 101)
+    run = SimpleNamespace(
+        points=[point] * 101, resumed=100, events=[event], _not_looked_at=lambda: [True] * 101,
+        _count_few=lambda: [f", {NEAREST}"] * 101,
+    )  # fmt: skip
     for sheet in Result.sheets(run):  # type: ignore[arg-type]
         assert max(map(len, sheet.text().splitlines())) <= WIDEST
         seen = io.StringIO()
