@@ -122,11 +122,12 @@ class Case:
 
 
 def cases() -> Iterator[Case]:
-    """Each kind and seed with two laws, in turn."""
-    for seed in SEEDS:
-        for slot, delta in enumerate(DELTAS):
+    """Each kind and seed with one law and range, those of the seeds being different; then with another one."""
+    for turn in (0, 1):
+        for seed in SEEDS:
             for i, kind in enumerate(KINDS):
-                yield Case(kind, seed, SHAPES[(i + seed + slot) % len(SHAPES)], delta)
+                slot = (i + seed + turn) % len(DELTAS)
+                yield Case(kind, seed, SHAPES[(i + seed + slot) % len(SHAPES)], DELTAS[slot])
 
 
 @lru_cache(1)
