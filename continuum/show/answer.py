@@ -47,9 +47,18 @@ def _answer(prediction: PredictionNumbers) -> str:
     answer, why = verdict.answer[0].upper() + verdict.answer[1:], verdict.why
     if verdict.answer == "undecided" or verdict.factor is None or threshold is None:
         return f"{answer}: {why}" if why else answer
-    return (
-        f"{answer}: w is {times(verdict.factor)} times the threshold, {_error(threshold)}{f' ({why})' if why else ''}"
-    )
+    because = f" ({why})" if why else ""
+    if threshold.source is Basis.BOUNDS:
+        return f"{answer}: w is {_bounded(verdict.answer == 'sticky', prediction, threshold)}{because}"
+    return f"{answer}: w is {times(verdict.factor)} times the threshold, {_error(threshold)}{because}"
+
+
+def _bounded(sticky: bool, prediction: PredictionNumbers, threshold: MapThreshold) -> str:
+    """The least or the largest factor to a threshold of which only bounds are known."""
+    work = prediction.contact.work_of_adhesion
+    if sticky:
+        return f"at least {times(work / threshold.high)} times the threshold"
+    return f"at most {times(work / threshold.low)} times the threshold"
 
 
 def _error(threshold: MapThreshold) -> str:
@@ -65,10 +74,8 @@ def _error(threshold: MapThreshold) -> str:
 def _threshold(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
     low, high = (per_area(one) if np.isfinite(one) else "any" for one in (threshold.low, threshold.high))
     interval = f"{low.split()[0]} to {high}" if low.split()[1:] == high.split()[1:] else f"{low} to {high}"
-    return (
-        f"w = {per_area(prediction.contact.work_of_adhesion)}, threshold w_c = {per_area(threshold.work)} ({interval}) "
-        f"{HOW[threshold.source]}"
-    )
+    between = interval if threshold.source is Basis.BOUNDS else f"= {per_area(threshold.work)} ({interval})"
+    return f"w = {per_area(prediction.contact.work_of_adhesion)}, threshold w_c {between} {HOW[threshold.source]}"
 
 
 def _change(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
@@ -81,31 +88,39 @@ def _change(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
         ends = [f"not sticky with w below {per_area(threshold.low)}"] if threshold.low > 0 else []
         ends += [f"sticky with w above {per_area(threshold.high)}"] if np.isfinite(threshold.high) else []
         return f"It would be {', '.join(ends)}"
+    if threshold.source is Basis.BOUNDS:
+        other = f"not be sticky with w below {per_area(threshold.low)}"
+        if answer == "not sticky":
+            other = f"be sticky with w above {per_area(threshold.high)}"
+        between = f"{per_area(threshold.low)} and {per_area(threshold.high)}"
+        known = threshold.low > 0 if answer == "sticky" else np.isfinite(threshold.high)
+        return f"It would {other}; between {between} it is undecided" if known else ""
     more, less = ("below", "above") if answer == "sticky" else ("above", "below")
     reach, heights = _range_and_heights(threshold, w, contact.range)
     modulus = contact.contact_modulus * w / threshold.work
     alone = [f"w {more} {per_area(threshold.work)}", f"E* {less} {pressure(modulus)}"]
     if reach is not None:
         alone.append(f"a range {'above' if reach > contact.range else 'below'} {length(reach)}")
-    alone.append(f"heights and slopes {times(heights)} times as large")
+    if heights is not None:
+        alone.append(f"heights and slopes {times(heights)} times as large")
     it = "By the estimate it" if threshold.high > WIDE**2 * threshold.low else "It"
-    return f"{it} would {'not ' if answer == 'sticky' else ''}be sticky with {', '.join(alone[:-1])}, or {alone[-1]}"
+    listed = " or ".join(alone) if len(alone) < 3 else f"{', '.join(alone[:-1])}, or {alone[-1]}"
+    return f"{it} would {'not ' if answer == 'sticky' else ''}be sticky with {listed}"
 
 
-def _range_and_heights(threshold: MapThreshold, work: float, reach: float) -> tuple[float | None, float]:
+def _range_and_heights(threshold: MapThreshold, work: float, reach: float) -> tuple[float | None, float | None]:
     """The range of attraction, and the factor of all heights, with which the threshold would be this work.
 
     Heights s times as large have, in linear elasticity, s² times the threshold at 1/s of the range.  None where no
-    range of the curve has it; the heights are then those of the range given.
+    range at which the threshold is known has it.
     """
-    x = np.log([one.range / reach for one in threshold.curve])
-    level = np.log([one.work / work for one in threshold.curve])
+    points = [one for one in threshold.curve if one.known]
+    x = np.log([one.range / reach for one in points])
+    level = np.log([one.work / work for one in points])
     ranges, heights = _zeros(x, level), -_zeros(x, level - 2 * x)
-    other = np.sqrt(work / threshold.work)
-    return (
-        reach * float(np.exp(ranges[np.abs(ranges).argmin()])) if ranges.size else None,
-        float(np.exp(heights[np.abs(heights).argmin()]) if heights.size else other),
-    )
+    found = (float(np.exp(each[np.abs(each).argmin()])) if each.size else None for each in (ranges, heights))
+    ratio, factor = found
+    return None if ratio is None else reach * ratio, factor
 
 
 def _zeros(x: Real, y: Real) -> Real:

@@ -54,11 +54,14 @@ def _threshold(prediction: PredictionNumbers, found: MapThreshold) -> list[Sheet
             ("w_DMT, where adhesion deforms nothing", per_area(found.dmt)),
             ("χ, by which deformation raises it", f"{found.chi:.3g}"),
             ("Müser's number", f"{found.muller:.3g}"),
+        ]
+    if found.patches:
+        rows += [
             ("patches in contact", found.patches),
             ("area in contact, attracted", f"{100 * found.area_rep:.3g} % and {100 * found.area_att:.3g} %"),
         ]
     columns = ("range", "w_c, mJ/m²", "low", "high")
-    cells = [(length(one.range), *(Column("").text(1e3 * x) for x in one[1:])) for one in found.curve]
+    cells = [(length(one.range), *(Column("").text(1e3 * x) for x in one[1:4])) for one in found.curve]
     curve = [Sheet.of("Threshold against the range of attraction", columns, cells)] if cells else []
     return [pairs("Threshold", rows), *curve]
 

@@ -123,7 +123,7 @@ def _draw_contact(axis: Axes, threshold: MapThreshold, unit: float) -> None:
 def _draw_curve(axis: Axes, prediction: PredictionNumbers, threshold: MapThreshold) -> None:
     """The threshold with its interval, and the work of adhesion and range of the contact."""
     points = threshold.curve or (RangePoint(threshold.range, threshold.work, threshold.low, threshold.high),)
-    ranges, work, low, high = (np.array(column) for column in zip(*points, strict=True))
+    ranges, work, low, high = np.array([one[:4] for one in points]).T
     contact = prediction.contact
     # An interval without an end goes beyond the panel.
     seen = [*work[np.isfinite(work)], contact.work_of_adhesion]

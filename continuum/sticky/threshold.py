@@ -46,18 +46,26 @@ there.  Of maps of 1024² and 2048² points with eight to the shortest wave, w_c
 BEYOND, FEW_POINTS, BEYOND_FEW = 1.05, 400, 1.08
 """Factor by which the threshold may lie outside of both forms, and that where fewer points touch, as the edge of a
 contact is known to a point: 95 % and more of the tested ones lie within them (docs/law.md)."""
-LARGEST_CHI, LARGEST_TABOR, FEWEST = 0.2, 0.5, 10
-"""χ, from 0 on, and Müser's number up to which, and patches from which on, the statement was tested."""
+LEAST_CHI, LARGEST_CHI, LARGEST_TABOR, FEWEST = -0.1, 0.2, 0.5, 10
+"""χ between which, Müser's number up to which, and patches from which on, the statement was tested."""
+FEW_PATCHES, LESS_SURE = 2, 1.15
+"""Patches from which on, below :data:`FEWEST`, the threshold may lie outside of both forms by this factor; also where χ
+is negative, as the attraction closes gaps."""
+MOST_CHI, MOST_TABOR = 0.5, 1.6
+"""χ and Müser's number beyond which nothing of the series is used."""
 SCATTER, UNKNOWN = 1.3, 3.0
-"""Factors by which bounds are widened where only χ is beyond its range, twice the scatter of 1.14 that was seen there,
-and where anything else is: there thresholds of few and of soft contacts were off by up to 2."""
-GAUSSIAN, ANY = (0.39, 2.2), (0.01, 8.0)
+"""Factors by which the interval is widened where χ is above :data:`LARGEST_CHI`, twice the scatter of 1.14 that was
+seen there, and where Müser's number is above :data:`LARGEST_TABOR` or one patch touches: there thresholds of few and of
+soft contacts were off by up to 2."""
+GAUSSIAN, ANY = (0.39, 2.2), (0.01, 11.0)
 """Threshold over that of the law of the spectrum at 1 % of the area, the least and the largest of single surfaces: of
 Gaussian ones, and of worn, honed, lognormal and terraced ones, too (docs/measured/one-state.csv)."""
 LAW_RANGES = 0.08, 1.6
 """Ranges over h_rms in which the law of the spectrum was tested."""
 RANGES = tuple(float(one) for one in np.geomspace(1e-10, 3e-9, 8))
 """Effective ranges of the curve, in m."""
+LONGER = 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.08
+"""Ranges over h_rms, of which the shortest that the state answers is a lower bound for shorter ones."""
 RESIDUAL, AREA_TOLERANCE = 1e-4, 0.03
 """Residual of a state relative to h' E*, and its area relative to 1 %: w_c moves by a few tenths of that."""
 MOST_TOLERANCE = 0.3
@@ -80,6 +88,8 @@ class RangePoint(NamedTuple):
     work: float
     low: float
     high: float
+    known: bool = True
+    """Whether the state answers it; else low and high are bounds."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -165,6 +175,9 @@ class _Interval(NamedTuple):
     low: float
     high: float
     why: tuple[str, ...]
+    """Why the interval is wide."""
+    known: bool = True
+    """Whether it is that of the state; else low and high are bounds."""
 
 
 def by_law(energy: float, height: float, reach: float, shares: tuple[float, float]) -> tuple[float, float, float]:
@@ -264,11 +277,14 @@ class PressedMap:
         mean_gap = self.hard.mean_gap + float(distance.mean()) - linear.hard.mean_gap
         grid = self.problem.grid
         return MapThreshold(
-            work=one.work * scale, low=one.low * scale, high=one.high * scale, source=Basis.STATE,
-            range=self.interface.range, why=one.why, dmt=self._more(reach) * found.dmt * scale, chi=found.chi,
+            work=one.work * scale, low=one.low * scale, high=one.high * scale,
+            source=Basis.STATE if one.known else Basis.BOUNDS,
+            range=self.interface.range, why=one.why,
+            dmt=self._more(reach) * found.dmt * scale if one.known else np.nan, chi=found.chi if one.known else np.nan,
             muller=self._tabor(one.work, reach), patches=self._own(found.patches), area_rep=found.area_rep,
             area_att=float(np.mean(distance < wall.range)) - found.area_rep,
-            mean_gap=mean_gap + wall.zero_gap + one.work * found.withdrawal, curve=tuple(self._curve(one, scale)),
+            mean_gap=mean_gap + wall.zero_gap + (one.work * found.withdrawal if one.known else 0.0),
+            curve=tuple(self._curve(one, scale)),
             left_out=self.left_out,
             gap=(self.hard.gap if finer else distance) + wall.zero_gap, wall=wall, grid=grid,
             map=self._own_points(grid), warnings=tuple(self._doubts(one.work)), state=linear.state,
@@ -304,45 +320,87 @@ class PressedMap:
 
     def _interval(self, reach: float) -> _Interval:
         """The threshold and its interval at a range."""
+        found = self._by_state(reach)
+        return found if found.known else self._bounds(reach, found.why)
+
+    def _by_state(self, reach: float) -> _Interval:
+        """The threshold and its interval by the series of the state, where that holds."""
         found, more = self.linear.at(reach), self._more(reach)
-        law, least, most = by_law(self.energy, self.rms_height, reach, GAUSSIAN)
-        # Where the two forms are far apart, or one is missing, the third order is taken as half of the root's.
-        first, chi = found.low / (1 + found.chi), found.chi
-        near = chi <= LARGEST_CHI
-        work = more * (found.work if near else first * (1 + chi + chi**2))
-        if not work > 0:
-            return _Interval(law, least / UNKNOWN, most * UNKNOWN, ("this range of attraction is beyond first orders",))
-        why, soft = tuple(self._beyond(chi, found.patches)), tuple(self._soft(work, reach))
-        if not (why or soft):
+        chi, patches = found.chi, self._own(found.patches)
+        # Beyond the tested χ, where the two forms are far apart, the third order is taken as half of the root's.
+        small = chi <= LARGEST_CHI
+        work = more * (found.work if small else found.low / (1 + chi) * (1 + chi + chi**2))
+        if without := tuple(self._without(work, chi, reach)):
+            return _Interval(np.nan, np.nan, np.nan, without, known=False)
+        low, high = more * found.low, more * found.high
+        wide, why = self._width(chi, patches, self._tabor(work, reach))
+        if not small:
+            low, high = min(more * found.dmt, work), work
+        elif not why:
             points = self._own(round(found.area_rep * self.linear.problem.grid.size))
-            off = BEYOND if points >= FEW_POINTS else BEYOND_FEW
-            return _Interval(work, more * found.low / off, more * found.high * off, ())
-        low, high, wide = min(more * found.dmt, work), work, SCATTER if len(why) == 1 and not near else UNKNOWN
-        if soft:  # nothing is known of how far it is from w_DMT
-            low, high, why = min(least, low), max(most, high), (*why, *soft)
+            wide = BEYOND if points >= FEW_POINTS else BEYOND_FEW
         return _Interval(work, low / wide, high * wide, why)
 
-    def _beyond(self, chi: float, patches: int) -> Iterator[str]:
-        """Why the statement is less certain here."""
-        if not 0 <= chi <= LARGEST_CHI:
-            yield f"adhesion changes the gaps by more than a little (χ = {chi:.2g}, tested from 0 to {LARGEST_CHI:g})"
-        if self._own(patches) < FEWEST:
-            yield f"{self._own(patches)} patches touch, fewer than {FEWEST}"
-
-    def _soft(self, work: float, reach: float) -> Iterator[str]:
-        """Why the statement says nothing here: the attraction acts within too little of the contact."""
-        tabor = self._tabor(work, reach)
-        if not tabor <= LARGEST_TABOR:
-            yield f"adhesion deforms the summits (Müser's number is {tabor:.2g}, above {LARGEST_TABOR:g})"
-        if reach < on_grid.shortest_range(self.topography, work * self.unit) / self.unit / np.sqrt(2):
+    def _without(self, work: float, chi: float, reach: float) -> Iterator[str]:
+        """Why the series says nothing here."""
+        if not work > 0:
+            yield "this range of attraction is beyond first orders"
+        elif not LEAST_CHI <= chi <= MOST_CHI:
+            yield "adhesion changes the gaps by too much"
+        elif not self._tabor(work, reach) <= MOST_TABOR:
+            yield "adhesion deforms the summits"
+        if work > 0 and reach < on_grid.shortest_range(self.topography, work * self.unit) / self.unit / np.sqrt(2):
             yield "the pixels do not resolve the range of the attraction"
+
+    @staticmethod
+    def _width(chi: float, patches: int, tabor: float) -> tuple[float, tuple[str, ...]]:
+        """Factor beyond both forms outside the tested range, and why; 1 within it."""
+        reasons = []
+        if chi > LARGEST_CHI:
+            reasons.append((SCATTER, "adhesion changes the gaps by more than a little"))
+        if chi < 0:
+            reasons.append((LESS_SURE, "adhesion closes gaps"))
+        if patches < FEWEST:
+            few = LESS_SURE if patches >= FEW_PATCHES else UNKNOWN
+            reasons.append((few, f"{patches} patch{'es touch' if patches != 1 else ' touches'}, fewer than {FEWEST}"))
+        if tabor > LARGEST_TABOR:
+            reasons.append((UNKNOWN, "adhesion deforms the summits"))
+        return max((wide for wide, _ in reasons), default=1.0), tuple(why for _, why in reasons)
+
+    @cached_property
+    def _longer(self) -> tuple[float, _Interval] | None:
+        """The shortest range of :data:`LONGER` that the state answers, and its threshold; None where there is none."""
+        found = None
+        for ratio in LONGER:
+            one = self._by_state(ratio * self.rms_height)
+            if not one.known:
+                break
+            found = ratio * self.rms_height, one
+        return found
+
+    def _bounds(self, reach: float, why: tuple[str, ...]) -> _Interval:
+        """Bounds by the law of the spectrum, and by a longer range, as the threshold falls with the range.
+
+        A surface is taken as Gaussian where that law holds for it at the longer range.
+        """
+        law = self.energy * threshold_share(reach / self.rms_height)
+        longer = self._longer if self._longer is not None and self._longer[0] > reach else None
+        share = np.nan
+        if longer is not None:
+            share = longer[1].work / (self.energy * threshold_share(longer[0] / self.rms_height))
+        gaussian = GAUSSIAN[0] <= share <= GAUSSIAN[1]
+        _, low, high = by_law(self.energy, self.rms_height, reach, GAUSSIAN if gaussian else ANY)
+        work = law * share if np.isfinite(share) else law
+        if longer is not None:
+            low = max(low, longer[1].low)
+        return _Interval(min(max(work, low), high), low, high, why, known=False)
 
     def _curve(self, here: _Interval, scale: float) -> Iterator[RangePoint]:
         """The curve over :data:`RANGES`, and the range of the interface, whose interval is known."""
         given = self.interface.range
         for reach in sorted({given, *(one for one in RANGES if not np.isclose(one, given, atol=0.0))}):
             found = here if reach == given else self._interval(reach / self.unit)
-            yield RangePoint(reach, found.work * scale, found.low * scale, found.high * scale)
+            yield RangePoint(reach, found.work * scale, found.low * scale, found.high * scale, found.known)
 
     def _doubts(self, work: float) -> Iterator[str]:
         """Remarks about the state."""

@@ -19,16 +19,16 @@ from pandas import DataFrame, Series, read_csv
 
 from continuum.show import plot
 from continuum.sticky.threshold import (
+    ANY,
     BEYOND,
     BEYOND_FEW,
     FEW_POINTS,
-    GAUSSIAN,
     LARGEST_CHI,
-    UNKNOWN,
+    LEAST_CHI,
+    MOST_CHI,
+    MOST_TABOR,
+    PressedMap,
     by_law,
-)
-from continuum.sticky.threshold import (
-    SCATTER as ONLY_CHI,
 )
 from docs.studies.judgement import COUNT, SURFACES, Mean, word
 from docs.studies.law import fit, thresholds
@@ -72,15 +72,14 @@ def read() -> DataFrame:
 
 
 def _wide(row: Any) -> tuple[float, float]:
-    """The interval that ``continuum predict`` states outside of the range of the statement."""
-    near = row.chi <= LARGEST_CHI
-    work = row.estimate if near and row.estimate > 0 else row.low / (1 + row.chi) * (1 + row.chi + row.chi**2)
-    low, high, soft = min(row.dmt, work), work, not row.muller <= MULLER or not work > 0
-    wide = ONLY_CHI if not near and row.patches >= PATCHES and not soft else UNKNOWN
-    if soft:
-        _, least, most = by_law(row.energy, row.height, row.range, GAUSSIAN)
-        low, high = (min(least, low), max(most, high)) if work > 0 else (least, most)
-    return low / wide, high * wide
+    """The interval that ``continuum predict`` states outside of the range of the statement, without longer ranges."""
+    if not (LEAST_CHI <= row.chi <= MOST_CHI and row.muller <= MOST_TABOR):
+        return by_law(row.energy, row.height, row.range, ANY)[1:]
+    work = row.low / (1 + row.chi) * (1 + row.chi + row.chi**2)
+    small = row.chi <= LARGEST_CHI and row.estimate > 0
+    low, high = (row.low, row.high) if small else (min(row.dmt, work), work)
+    wide, _ = PressedMap._width(row.chi, row.patches, row.muller)
+    return low / max(wide, row.beyond), high * max(wide, row.beyond)
 
 
 def _class(row: Any) -> str:

@@ -14,15 +14,19 @@ import continuum as c
 from continuum.cli import main
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
+from continuum.show.answer import statements
 from continuum.solve.solution import NotConvergedError
 from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import UnresolvedError
 from continuum.sticky.prediction import WIDE, PredictionNumbers, prediction_of, unmeasured_shift
 from continuum.sticky.search import WIDTH, find_threshold, search_threshold
 from continuum.sticky.threshold import (
+    ANY,
     BEYOND,
     BEYOND_FEW,
     FEW_POINTS,
+    GAUSSIAN,
+    LESS_SURE,
     Basis,
     MapThreshold,
     PressedMap,
@@ -155,7 +159,7 @@ def test_a_coarser_grid_has_nearly_the_same_threshold(monkeypatch: pytest.Monkey
 def test_beyond_its_range_the_interval_is_wide_and_a_search_decides() -> None:
     topography, found = surface(64), of_a_small_surface()
     assert any("patches touch, fewer than 10" in text for text in found.why)
-    assert found.high / found.low > 2
+    assert found.high / found.low > LESS_SURE**2
     for work, source in (
         (found.work, Basis.SEARCH),
         (found.low / 2, Basis.STATE),
@@ -171,6 +175,44 @@ def test_beyond_its_range_the_interval_is_wide_and_a_search_decides() -> None:
 
 def rough(topography: Topography, contact: Interface) -> Any:
     return prediction_of([topography], contact).contact
+
+
+def test_where_the_series_diverges_there_are_bounds_and_a_soft_solid_is_sticky() -> None:
+    """Silicone with a rms height of 30 nm on pixels of 40 nm: U F is 0.8 mJ/m², and w 45 mJ/m²."""
+    heights = surface(128, lambda_s=4.0).heights
+    found = c.predict(
+        30 * heights / heights.std(), size="5.12um", unit="nm", periodic=True, modulus="2MPa", poisson=0.5,
+        work="45mJ/m2", range="0.5nm", solve=False,
+    )  # fmt: skip
+    threshold, energy = found.threshold, found.contact.conformal_energy
+    assert threshold is not None
+    assert energy is not None
+    assert threshold.source is Basis.BOUNDS
+    assert np.isnan(threshold.chi)
+    assert found.verdict.answer == "sticky"
+    # The most that the law of the spectrum leaves for a Gaussian surface, as F is at most 1/2.
+    assert 0 < threshold.low < threshold.work < threshold.high <= GAUSSIAN[1] / 2 * energy
+    # A longer range, which the state answers, has a threshold of at least that bound.
+    known = [one for one in threshold.curve if one.known]
+    assert all(one.low >= threshold.low for one in threshold.curve)
+    assert all(one.high <= ANY[1] / 2 * energy for one in threshold.curve)
+    assert found.sentence.startswith("Sticky: w is at least ")
+    for word in ("E*", "heights"):  # no root in range
+        assert known or word not in found.sentence
+
+
+def test_what_would_change_the_answer_is_known_or_not_said() -> None:
+    """Each printed root of the curve lies between ranges that the state answers."""
+    topography = Topography(1e-9 * textured("Gaussian").heights, (128e-9, 128e-9), True)
+    found = prediction_of([topography], Interface(1e9, 1.0, 1e-9, None), smallest=2e-9).solved(search=False)
+    assert found.threshold is not None
+    found = at(found, 2 * found.threshold.work)
+    assert "heights and slopes" in statements(found)[2]
+    none = replace(found.threshold, curve=tuple(one._replace(known=False) for one in found.threshold.curve))
+    said = statements(replace(found, threshold=none))[2]  # none of the ranges is answered
+    assert "E* above" in said
+    assert "range" not in said
+    assert "heights" not in said
 
 
 def test_a_range_below_the_pixels_leaves_an_interval() -> None:
