@@ -95,7 +95,7 @@ class GreensRelaxation(Optimizer):
         try:
             response = self.response or self._measured()
             if not self._linear.size:
-                self._begin(response)
+                forces = self._begin(response, forces)
         except ArgumentError as error:
             self._leave(str(error))
             return
@@ -122,15 +122,28 @@ class GreensRelaxation(Optimizer):
         )
         return found
 
-    def _begin(self, response: SlabResponse) -> None:
-        """Split where the atoms are into the linear lattice under the wall and the rest."""
+    def _begin(self, response: SlabResponse, forces: Real) -> Real:
+        """Split where the atoms are into the linear lattice under the wall and the rest; returns the first forces.
+
+        At rest under a wall that overlaps them, deeper atoms would be pushed, which in contact are out of its reach.
+        """
         self._linear = self.atoms.positions - self._rest.positions
         if self._wall is not None:
             self._root = response.surface_root(self._wall.surface)
-            self._linear = self._linear - response.displacements(self._wall.get_forces(self.atoms))
+            of_surface = self._of_surface(self.atoms.positions)
+            self._linear = self._linear - response.displacements(of_surface)
+            return np.asarray(forces - self._wall.get_forces(self.atoms) + of_surface)
+        return forces
+
+    def _of_surface(self, positions: Real) -> Real:
+        """Forces of the wall on the surface atoms, shape as of all; on deeper ones they are of the rest."""
+        assert self._wall is not None
+        surface, forces = self._wall.surface, np.zeros_like(positions)
+        forces[surface] = self._wall.act(positions[surface]).forces
+        return forces
 
     def _settled_force(self) -> Real:
-        """Forces of the wall on all atoms, in the contact of the linear slab that is nearest to where the atoms are.
+        """Forces of the wall on the surface, in the contact of the linear slab that is nearest to where the atoms are.
 
         With G = R R of the surface and u = w + R v, the energy is v.v/2 + E_wall(w + R v), which is about as stiff in
         all directions.  Its minimum is found roughly by L-BFGS, then by Newton's method, of the law only.

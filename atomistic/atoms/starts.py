@@ -184,7 +184,7 @@ def _smooth(deck: Deck, rest: Atoms, crystal: Calculator) -> _Act:
     follows: Literal["atoms", "sites"] = "sites" if deck.shape is None else "atoms"
     profile: Any = SimpleNamespace(period=slab.grid.lengths)
     if deck.shape is None:
-        profile.evaluate = lambda x, y: WallHeight(deck.heights.ravel(), np.zeros_like(x), np.zeros_like(y))
+        profile.evaluate = lambda x, y: WallHeight(deck.above[: x.size], np.zeros_like(x), np.zeros_like(y))
     else:
         shape = deck.shape
         if deck.wall_force == "plugin":  # which has a map of the shape
@@ -193,10 +193,9 @@ def _smooth(deck: Deck, rest: Atoms, crystal: Calculator) -> _Act:
             shape = HeightSpline(heights, (x, y))
         profile.evaluate = shape.evaluate
     surface = np.arange(slab.surface_atoms)
-    above = deck.surface - float(rest.positions[surface, 2].mean())
 
     def act(separation: float) -> tuple[Any, Callable[[], float]]:
-        wall = RoughWall(profile, rest, separation + above, deck.wall, follows=follows, surface=surface)
+        wall = RoughWall(profile, rest, separation, deck.wall, follows=follows, surface=surface)
         return SumCalculator([crystal, wall]), lambda: -float(wall.results["forces"][:, 2].sum()) / slab.grid.area
 
     return act

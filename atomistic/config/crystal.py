@@ -13,12 +13,12 @@ from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import Potential
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
+from continuum import possible
 from continuum.arguments import ArgumentError
 from continuum.files.tables import Document
 from continuum.keys import ForBoth, Fraction, InputFile, Positive
 from continuum.runs.config import ToleranceTable
 from continuum.tables import Fault, Table, constraint
-from continuum.units import parse
 
 SHALLOWEST, DEEPEST = 2.0, 512.0
 """Depth of a slab, in a0."""
@@ -197,8 +197,9 @@ class CrystalTable(Table):
     """instead of these, a slab from a file that ASE reads, in a rectangular period along x and y, in Å"""
     modulus: Positive | str | None = None
     """E* of the atoms of a file, as "130GPa", the unit of pressures; or in the unit of the potential"""
-    skin: Positive = 0.25
-    """depth below the highest atom to which atoms count as the surface, on which the wall acts, in a0"""
+    skin: Positive | None = None
+    """depth below the highest atom to which atoms count as the surface and share its area, in a0; left out, the
+    surface is what a probe of the size of an atom touches from above"""
 
     @property
     def own(self) -> bool:
@@ -217,7 +218,7 @@ class CrystalTable(Table):
             yield Fault(("modulus",), "E* of the atoms of a file, and only of these; that of a crystal is measured")
         try:
             if isinstance(self.modulus, str):
-                parse(self.modulus, "pressure")
+                possible.from_text(self.modulus, "modulus")
         except ValueError as error:
             yield Fault(("modulus",), str(error))
         try:

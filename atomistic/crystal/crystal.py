@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from atomistic.crystal.exposed import exposed
 from continuum.arguments import ArgumentError, array, count, field, instance, number, pair
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -33,7 +34,7 @@ _MOST_ATOMS = 2**31 - 1
 class AnySlab:
     """Atoms of a slab, periodic in the plane, on a frozen base: numbered from the surface down, in a0.
 
-    Arrays over its atoms have the shape of ``ids``, those over the surface atoms, on which the wall acts, ``shape``.
+    Arrays over its atoms have the shape of ``ids``, those over the atoms of the surface at rest ``shape``.
     """
 
     name: str
@@ -74,17 +75,17 @@ class AnySlab:
 
     @property
     def surface_atoms(self) -> int:
-        """Number of atoms on which the wall acts, the first ones."""
+        """Number of atoms of the surface at rest, the first ones, which share its area."""
         return int(np.prod(self.shape))
 
     @property
     def mobile_atoms(self) -> int:
-        """Number of atoms that move, the surface among them."""
+        """Number of atoms that move, the surface among them, on all of which the wall acts."""
         return self.ids[: self.moving].size
 
     @property
     def area(self) -> float:
-        """Area that a surface atom stands for, in a0²; 1 of one on a grid of spacing a0."""
+        """Area that an atom stands for, that of the surface over its atoms, in a0²; 1 on a grid of spacing a0."""
         return self.grid.lengths[0] * self.grid.lengths[1] / self.surface_atoms
 
     @cached_property
@@ -113,7 +114,7 @@ class AnySlab:
 
 @dataclass(frozen=True, eq=False)
 class AtomSlab(AnySlab):
-    """Any atoms on a frozen base, in the order of their heights from the surface down.
+    """Any atoms on a frozen base, first those of the surface, each part in the order of their heights downwards.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ class AtomSlab(AnySlab):
     lengths : periods along x and y, in a0.
     positions : sites, or positions at rest, shape (size, 3), in a0; the surface is at z = 0.
     types : which element each atom is, from 0, shape (size,).
-    surface, moving : number of atoms on which the wall acts, and that move.
+    surface, moving : number of atoms of the surface, which share its area, and of those that move.
     lost : distance at which atoms are no longer neighbours; between the two most distant shells if zero.
     """
 
@@ -150,9 +151,11 @@ class AtomSlab(AnySlab):
 
     @classmethod
     def of_sites(
-        cls, name: str, sites: Real, types: NDArray[np.int64], lengths: Any, depth: float, skin: float
+        cls, name: str, sites: Real, types: NDArray[np.int64], lengths: Any, depth: float, skin: float | None = None
     ) -> AtomSlab:
-        """The slab of sites, of which those above a depth move and the wall acts on those in a skin below the highest.
+        """The slab of sites, of which those above a depth below the surface move.
+
+        The surface are the exposed atoms, or those in a skin below the highest.
 
         Raises
         ------
@@ -164,10 +167,11 @@ class AtomSlab(AnySlab):
         down = sites[:, 2].max() - sites[:, 2]
         period = np.array(lengths)
         at = np.column_stack([_within(sites[:, :2], period), -down])
-        order = np.lexsort((*np.round(at[:, 1::-1].T, 6), np.round(down, 6)))
-        moving = int(np.count_nonzero(down < depth - _ALIKE))
-        surface = int(np.count_nonzero(down < skin))
-        return cls(name, (float(period[0]), float(period[1])), at[order], types[order], surface, moving)
+        top = exposed(at, np.diag(period), 1.0) if skin is None else down < skin
+        order = np.lexsort((*np.round(at[:, 1::-1].T, 6), np.round(down, 6), ~top))
+        moves = down < float(np.median(down[top])) + depth - _ALIKE
+        return cls(name, (float(period[0]), float(period[1])), at[order], types[order], int(np.count_nonzero(top)),
+                   int(np.count_nonzero(top | moves)))  # fmt: skip
 
     def _pairs(self, distance: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         period = np.array([*self.lengths, 0.0])
@@ -342,6 +346,14 @@ def chemical_symbol(number: int) -> str:
     if not 1 <= number < len(symbols):
         raise ValueError(f"there is no element of the atomic number {number}")
     return symbols[number]
+
+
+def standard_mass(symbol: str) -> float | None:
+    """Standard atomic weight of an element, in u; None for what is no symbol of one."""
+    import ase.data
+
+    number = ase.data.atomic_numbers.get(symbol, 0)  # "X" stands for none
+    return float(ase.data.atomic_masses[number]) if number else None
 
 
 def distortion(slab: AnySlab, displacements: Real) -> float:

@@ -24,6 +24,8 @@ STRUCTURES = {
 }  # fmt: skip
 """Structures: the module of ``ase.lattice`` and the class there that builds them, and the number of their elements."""
 _LONGEST = 2
+_PEAK = 0.1
+"""Half width of the first peak of distances, relative to its centre: bcc has its second shell at 1.155."""
 
 
 class CrystalCell(NamedTuple):
@@ -56,11 +58,11 @@ class CrystalCell(NamedTuple):
         sites = (corners[:, None] + self.fractions) * self.periods
         return sites.reshape(-1, 3), np.tile(self.types, len(corners))
 
-    def slab(self, width: tuple[float, float], depth: float, reach: float, skin: float) -> AtomSlab:
+    def slab(self, width: tuple[float, float], depth: float, reach: float, skin: float | None = None) -> AtomSlab:
         """The slab as wide as the nearest whole numbers of cells, on a base that forces of a reach do not cross, in a0.
 
-        The crystal ends at its widest gap between planes.  Atoms above the depth move; the wall acts on those in a
-        skin below the highest.
+        The crystal ends at its widest gap between planes.  Atoms above the depth move; the surface are the exposed
+        ones, or those in a skin below the highest.
         """
         planes = np.unique(np.round(self.fractions[:, 2] % 1, 6))
         top = planes[int(np.argmax(np.round(np.diff(planes, append=planes[0] + 1), 6)))]
@@ -117,7 +119,7 @@ def read_atoms(path: Path) -> ase.Atoms:
 
 
 def size_of_atoms(atoms: ase.Atoms) -> tuple[float, tuple[float, float]]:
-    """a0 of given atoms, their smallest distance, in their unit of length, and their periods along x and y, in a0.
+    """a0 of given atoms, by :func:`spacing_of`, in their unit of length, and their periods along x and y, in a0.
 
     Raises ArgumentError if they are no slab in a rectangular period.
     """
@@ -127,11 +129,11 @@ def size_of_atoms(atoms: ase.Atoms) -> tuple[float, tuple[float, float]]:
         raise ArgumentError("atoms", period[:2].tolist(), "atoms in a rectangular cell along x and y, with its lengths")
     high = float(np.ptp(atoms.positions[:, 2])) + 1
     flat = type(atoms)(numbers=atoms.numbers, positions=atoms.positions, cell=[*period[:2], high], pbc=(1, 1, 0))
-    a0 = _nearest(flat)
+    a0 = spacing_of(flat)
     return a0, (float(period[0]) / a0, float(period[1]) / a0)
 
 
-def slab_of_atoms(atoms: ase.Atoms, elements: tuple[str, ...], depth: float, skin: float) -> AtomSlab:
+def slab_of_atoms(atoms: ase.Atoms, elements: tuple[str, ...], depth: float, skin: float | None = None) -> AtomSlab:
     """The slab of given atoms, of which those below a depth, in a0, are held.
 
     Raises ArgumentError as :func:`size_of_atoms`, or if they have other elements.
@@ -147,6 +149,34 @@ def slab_of_atoms(atoms: ase.Atoms, elements: tuple[str, ...], depth: float, ski
 def _scaled(name: str, atoms: ase.Atoms, types: NDArray[np.int64], axes: Real) -> CrystalCell:
     a0, periods = _nearest(atoms), atoms.cell.lengths()
     return CrystalCell(name, periods / a0, atoms.positions / periods % 1, types, axes)
+
+
+def spacing_of(atoms: ase.Atoms) -> float:
+    """Distance of neighbours, the centre of the first peak of the pair distribution, in the unit of the positions.
+
+    It begins at the median distance of an atom to its nearest neighbour, so that a few short bonds, as of a group of
+    OH, do not count, and moves to the median of the distances around it, which thermal vibration does not shift.
+
+    Raises ArgumentError if no atom has neighbours.
+    """
+    from ase.neighborlist import neighbor_list
+
+    neighbours: Any = neighbor_list  # not annotated
+    area = float(np.linalg.norm(np.cross(*atoms.cell.array[:2])))
+    volume = area * (float(np.ptp(atoms.positions[:, 2])) + 1) / len(atoms)  # without the vacuum of a slab
+    for reach in (1.3, 3.0):  # spheres of an atom each, which touch
+        i, r = neighbours("id", atoms, reach * (0.75 * volume) ** (1 / 3))
+        if not len(r):
+            continue
+        nearest = np.full(len(atoms), np.inf)
+        np.minimum.at(nearest, i, r)
+        centre = float(np.median(nearest[np.isfinite(nearest)]))
+        for _ in range(20):
+            before, centre = centre, float(np.median(r[np.abs(r - centre) < _PEAK * centre]))
+            if centre == before:
+                break
+        return centre
+    raise ArgumentError("atoms", len(atoms), "atoms with neighbours")
 
 
 def _nearest(atoms: ase.Atoms) -> float:

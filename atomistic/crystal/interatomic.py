@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from atomistic.crystal.crystal import standard_mass
+from continuum import possible
 from continuum.arguments import ArgumentError, choice, number
 from continuum.model.cubic import CubicConstants, contact_modulus
 from continuum.model.fourier import Real
@@ -35,6 +37,12 @@ def check_others(others: Any) -> None:
     """Check that further elements are pairs; raises ArgumentError otherwise."""
     if not isinstance(others, tuple) or not all(isinstance(pair, tuple) and len(pair) == 2 for pair in others):
         raise ArgumentError("others", others, '(symbol, mass) of each further element, as (("Ni", 58.7),)')
+
+
+def check_masses(species: Species) -> None:
+    """Check that each mass is that of an isotope of its element; raises ArgumentError otherwise."""
+    for element, mass in zip(species.elements, species.masses, strict=True):
+        possible.mass("mass", mass, element, standard_mass(element))
 
 
 class BondlessPotential(Species):

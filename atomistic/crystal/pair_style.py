@@ -9,11 +9,14 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, Literal
 
-from atomistic.crystal.interatomic import BondlessPotential, check_others
+from atomistic.crystal.crystal import standard_mass
+from atomistic.crystal.interatomic import BondlessPotential, check_masses, check_others
 from atomistic.crystal.potentials import content_of
+from continuum import possible
 from continuum.arguments import ArgumentError, file_name, flag, number
 
 REFUSED_STYLES = re.compile(r"python|none|zero|list|srp.*|kim|quip|hybrid/(?!overlay$).*")
@@ -76,10 +79,10 @@ class PairStyle(BondlessPotential):
         for element in self.elements:
             if not isinstance(element, str) or not _ELEMENT.fullmatch(element):
                 raise ArgumentError("element", element, 'a chemical symbol, as "Cu"')
-        for name in ("cutoff", "lattice_constant"):
-            number(name, getattr(self, name), above=0, below=1000)
-        for mass in self.masses:
-            number("mass", mass, above=0, below=1000)
+        number("cutoff", self.cutoff, above=0, below=1000)
+        number("lattice_constant", self.lattice_constant)
+        possible.given("lattice_constant", self.lattice_constant, "spacing", "A")
+        check_masses(self)
         flag("many_body", self.many_body)
         contents = self.contents
         sound = isinstance(contents, Mapping) and all(
@@ -103,6 +106,7 @@ class PairStyle(BondlessPotential):
             raise ArgumentError("coefficients", lines, 'words of one pair_coeff or more, as (("*", "*"),)')
         for words in lines:
             _check_words("coefficients", words, self.contents, combined)
+            _check_elements(words, self.elements)
         object.__setattr__(self, "arguments", tuple(self.arguments))
         object.__setattr__(self, "coefficients", tuple(map(tuple, lines)))
 
@@ -174,6 +178,17 @@ class PairStyle(BondlessPotential):
             *(("pair_coeff     ", *w) for w in self.coefficients),
         ]
         return "\n".join(" ".join(self._names.get(_name(word), word) for word in words) for words in lines)
+
+
+def _check_elements(words: Sequence[str], elements: tuple[str, ...]) -> None:
+    """Check the elements at the end of a ``pair_coeff * *``, one for each type of atoms, of styles that map elements.
+
+    LAMMPS would run another element under the name and the mass of the one that was asked for.
+    """
+    if tuple(words[:2]) == ("*", "*"):
+        mapped = takewhile(lambda word: word == "NULL" or standard_mass(word), reversed(words[2:]))
+        if last := [*mapped][::-1]:  # before those of the types, meam names those of its library
+            possible.elements("coefficients", last[-len(elements) :], elements)
 
 
 def _name(word: str) -> str:

@@ -17,7 +17,7 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 
 from atomistic.crystal.crystal import chemical_symbol
-from atomistic.crystal.interatomic import BondlessPotential, check_others
+from atomistic.crystal.interatomic import BondlessPotential, check_masses, check_others
 from continuum.arguments import ArgumentError, choice, file_name, instance, number
 from continuum.errors import InputError
 from continuum.files.toml import slip
@@ -134,8 +134,7 @@ class EmbeddedAtom(BondlessPotential):
         check_others(self.others)
         for element in self.elements:
             _check_element(element)
-        for mass in self.masses:
-            number("mass", mass, above=0)
+        check_masses(self)
         number("cutoff", self.cutoff, above=0)
         number("guess", self.guess, least=0)
         for key in ("comment", "name"):
@@ -182,7 +181,10 @@ class EmbeddedAtom(BondlessPotential):
         mass, volume = table.elements[first][0], sum(table.elements[each][1] for each in wanted) / len(wanted)
         name = "".join(c for c in path.name if c.isprintable())
         alloyed = tuple((other, table.elements[other][0]) for other in others)
-        return cls(table.style, first, mass, table.cutoff, volume, table.comment, name, content, alloyed)
+        try:
+            return cls(table.style, first, mass, table.cutoff, volume, table.comment, name, content, alloyed)
+        except ArgumentError as error:
+            raise PotentialError(f"{path}: {error}") from error
 
     @property
     def force_range(self) -> float:

@@ -30,7 +30,7 @@ from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal
 from atomistic.lammps.language import filled, formatted, listing, read_template, vocabulary
 from atomistic.lammps.law import NO_CORE, TOLERANCE, name_of, native_law, wall_table
 from atomistic.lammps.protocol import Protocol, time_unit
-from atomistic.lammps.shape import Shape, check_shape, misfit
+from atomistic.lammps.shape import Shape, check_shape, misfit, shape_of
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, instance, number
 from continuum.arguments import field as field_of
 from continuum.errors import OutputError
@@ -237,6 +237,19 @@ class Deck:
     def surface(self) -> float:
         """Height of the surface at rest, that of its median atom, in a0."""
         return float(np.median(self.rest[..., 2].ravel()[: self.slab.surface_atoms]))
+
+    @cached_property
+    def above(self) -> Real:
+        """Heights of the wall above the site of each atom that moves, shape (mobile atoms,), in a0.
+
+        A wall of the lattice sites is known at those of the surface; above deeper ones it is interpolated.
+        """
+        slab = self.slab
+        x, y = slab.positions.reshape(-1, 3)[: slab.mobile_atoms, :2].T
+        between = self.shape or shape_of(self.profile, slab.grid.lengths)
+        found = between.evaluate(x, y).height
+        found[: slab.surface_atoms] = self.heights.ravel()
+        return np.asarray(found)
 
     @property
     def profile(self) -> Real:

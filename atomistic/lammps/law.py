@@ -59,6 +59,29 @@ def native_law(wall: Wall, tolerance: float = TOLERANCE) -> NativeLaw:
     return _native_law(wall, tolerance)
 
 
+def law_of_atoms(wall: Wall, layer: float) -> Wall:
+    """The law of each atom of a slab, on all of which the wall acts, from that of a surface, the half-space below it.
+
+    A law that ends before the second layer is the same.  Of one that reaches deeper, as 9-3, each layer a distance
+    d below the last would add to the energy w(gap) of the surface.  With w(gap) - w(gap + d) for each, those of layers
+    at rest sum up to w(gap) again, less that of the first layer on which the wall does not act: a slab pressed as a
+    whole has the adhesion and the load of its law.
+
+    Parameters
+    ----------
+    wall : law of the surface, no hard wall.
+    layer : d, in a0.
+    """
+    return wall if wall.reach <= wall.zero_gap + layer else _layered(wall, layer)
+
+
+@lru_cache(maxsize=16)
+def _layered(wall: Wall, layer: float) -> TabulatedWall:
+    gap = _knots(wall)
+    traction = wall.evaluate(gap).traction - wall.evaluate(gap + layer).traction
+    return TabulatedWall(gap, traction - traction[-1])
+
+
 @lru_cache(maxsize=4)
 def _native_law(wall: Wall, tolerance: float) -> NativeLaw:
     return LAWS.get(type(wall), _in_pieces)(wall, tolerance)

@@ -19,10 +19,10 @@ from atomistic.crystal.model import AnyCrystalModel, AnyModel, Potential
 from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.session import Cell
 from atomistic.response.material import STEP, model_of, require_style
+from continuum import possible
 from continuum.arguments import ArgumentError
 from continuum.model.cubic import CubicConstants, anisotropic_contact_modulus, rotated, tensor_of
 from continuum.model.fourier import Real
-from continuum.units import Units, parse
 
 _RATTLE, _LEFT = 1e-3, 1e-8
 """Random displacements from which a surface relaxes, in a0, and the largest force that is left, in E* a0²."""
@@ -58,8 +58,8 @@ def _of_atoms(potential: Potential, crystal: CrystalTable) -> AnyCrystalModel:
     a0, (x, y) = size_of_atoms(crystal.given)
     types = slab_of_atoms(crystal.given, potential.elements, np.inf, crystal.skin).types
     modulus = crystal.modulus
-    if isinstance(modulus, str):
-        modulus = parse(modulus, "pressure") / Units.metal(1.0, 1.0, 1.0).contact_modulus
+    if isinstance(modulus, str) or potential.units == "metal":
+        modulus = possible.given("modulus", modulus, "modulus", "eV/A3")
     # An isotropic solid of nu = 1/4, as most crystals are about: E* = 16/15 E, and C11 = 6/5 E, C44 = 2/5 E.
     tensor = CubicConstants(1.125, 0.375, 0.375).stiffness_tensor()
     density = len(types) / (x * y * (float(np.ptp(crystal.given.positions[:, 2])) / a0 + 0.8))

@@ -11,6 +11,8 @@ from ase import Atoms
 from ase.build import fcc100, fcc111
 from ase.calculators.emt import EMT
 from ase.calculators.mixing import SumCalculator
+from ase.constraints import FixAtoms
+from ase.units import GPa
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -58,7 +60,9 @@ def test_forces_are_those_of_a_deck(tmp_path, follows, heights):
     assert wall.results["energy"] == pytest.approx(found.wall_energy, abs=1e-11 * max(scale, 1))
     surface = slice(0, 56)  # atoms of a slab begin with the surface
     assert np.allclose(wall.results["gap"][surface], found.gap.ravel(), rtol=0, atol=1e-13)
-    assert np.isnan(wall.results["gap"][56:]).all()
+    held = slice(2 * 56, None)
+    assert np.isnan(wall.results["gap"][held]).all()
+    assert np.isfinite(wall.results["gap"][: held.start]).all()
 
 
 def slabs() -> st.SearchStrategy[Atoms]:
@@ -182,11 +186,11 @@ def test_the_sum_with_a_crystal_has_both_and_says_what_touches():
         ({"follows": "site"}, 'follows = .* "atoms", "sites"'),
         ({"surface": [32]}, r"surface = \[32\]: allowed: indices of the surface atoms of the slab, 0 to 31$"),
         ({"surface": [0.5]}, "surface = .* numbers"),
-        (
-            {"slab": fcc111("Cu", (4, 4, 2), vacuum=5, periodic=True)[:16]},
-            "surface = None: .* no atom is tagged with 1",
-        ),
         ({"a0": 0}, "a0 = 0: allowed"),
+        # In nanometres, and in GPa.
+        ({"a0": 0.255}, r"a0 = 0.255: allowed: a number in Å, or a text.*0.255 Å is 25.5 pm, and no solid has this"),
+        ({"contact_modulus": 136.0}, r"contact_modulus = 136.0: allowed: a number in eV/Å³.* 136 eV/Å³ is 21.8 TPa"),
+        ({"contact_modulus": "136"}, r"contact_modulus = '136': allowed: a number in eV/Å³, or a text with its unit"),
         ({"slab": 5}, "slab = 5: allowed: the atoms at rest"),
         ({"slab": Atoms("Cu")}, "slab = .* periodic along its first two cell vectors"),
     ],
@@ -209,3 +213,88 @@ def test_a_contact_brings_its_law_and_atoms_must_be_those_of_the_slab():
         a.RoughWall(contact, slab, 1.0, LAW)
     with pytest.raises(ValueError, match=r"atoms = .* the 512 atoms of the slab"):
         wall.get_forces(slab[:3])
+
+
+def copper(**given: Any) -> tuple[Atoms, a.RoughWall]:
+    slab = fcc111("Cu", (6, 6, 4), vacuum=8, periodic=True)
+    return slab, wall_above(slab, **{"separation": 0.9, "a0": "2.55Å", "contact_modulus": "136GPa"} | given)
+
+
+def test_a_text_has_its_own_unit():
+    slab, wall = copper()
+    plain = wall_above(slab, separation=0.9, a0=2.55, contact_modulus=136 * GPa)
+    assert wall.get_forces(slab) == pytest.approx(plain.get_forces(slab), rel=1e-7)  # of eV/Å³, to eight digits
+
+
+def test_the_order_of_the_atoms_is_free_where_the_wall_follows_them():
+    slab, wall = copper()
+    order = np.argsort(-slab.positions[:, 2], kind="stable")
+    assert np.array_equal(wall.get_forces(slab[order]), wall.get_forces(slab)[order])
+
+
+@pytest.mark.parametrize(
+    ("held", "follows", "change", "words"),
+    [
+        (False, "sites", lambda slab: slab[::-1], r"the order of the slab: atom \d+ is .* Å from its own; make"),
+        (True, "atoms", lambda slab: slab[::-1], r"in the order of the slab: atom \d+ is .* Å from its own"),
+        (True, "atoms", lambda slab: at(slab, [0, 0, 1.0]), r"at their sites.* atom 0 is 1.00 Å from its own"),
+        (False, "atoms", lambda slab: at(slab, [0, 0, 5.0]), r"the slab where it was: it is \+5.00 Å higher"),
+        (False, "atoms", lambda slab: at(slab, -2 * slab.positions * [0, 0, 1]), r"the slab where it was: it is -22"),
+        (False, "atoms", lambda slab: stretched(slab, 1.001), r"the cell of the wall, .* make another wall"),
+        (False, "atoms", lambda slab: at(slab, [[np.nan]] + [[0]] * 143), "positions that are numbers, of atom 0"),
+        (False, "atoms", lambda slab: Atoms("CuNi143", slab.positions, cell=slab.cell), "elements of the slab, Cu144"),
+    ],
+    ids=["sorted", "sorted and held", "moved and held", "moved", "flipped", "stretched", "nan", "elements"],
+)  # fmt: skip
+def test_a_slab_that_changed_after_its_wall_was_made_is_refused(held, follows, change, words):
+    slab, _ = copper()
+    if held:
+        slab.set_constraint(FixAtoms(mask=slab.get_tags() == 4))
+    wall = wall_above(slab, separation=0.9, follows=follows)
+    wall.get_forces(slab)
+    with pytest.raises(ValueError, match=words):
+        wall.get_forces(change(slab))
+
+
+def stretched(slab: Atoms, factor: float) -> Atoms:
+    other = slab.copy()
+    other.set_cell(slab.cell * factor, scale_atoms=True)
+    return other
+
+
+def test_an_atom_that_comes_up_later_is_under_the_wall():
+    slab, _ = copper()
+    flat = a.RoughWall(np.zeros((4, 4)), slab, 1.0, LAW, a0=2.55)
+    second, top = np.flatnonzero(slab.get_tags() == 2)[0], np.flatnonzero(slab.get_tags() == 1)[0]
+    assert not flat.get_forces(slab).any()  # where the surface is at rest
+    up = slab.copy()
+    up.positions[second, 2] = slab.positions[top, 2] + 0.2
+    forces = flat.get_forces(up)
+    assert np.flatnonzero(forces.any(axis=1)).tolist() == [second]
+    up.positions[second], up.positions[top] = up.positions[top], up.positions[second].copy()
+    assert forces[second, 2] == flat.get_forces(up)[top, 2] < 0
+
+
+@pytest.mark.parametrize(
+    "law", [c.InversePowers(powers=(9, 3), adhesion_length=0.05), c.LennardJonesSpline(adhesion_length=0.05)]
+)
+@pytest.mark.parametrize("face", [fcc100, fcc111])
+def test_a_law_that_reaches_the_layers_below_has_its_energy_above_the_whole_slab(law, face):
+    """The layers of a slab at rest have w(gap) less that of the first layer that is not there."""
+    slab = face("Cu", (3, 3, 12), vacuum=8, periodic=True)
+    a0 = 3.61 / 2**0.5
+    layer = np.diff(np.unique(np.round(slab.positions[:, 2], 9))).mean() / a0
+    area = abs(np.linalg.det(slab.cell[:2, :2]))
+    for gap in (0.85, 1.0, 1.3):
+        wall = a.RoughWall(np.zeros((4, 4)), slab, gap, law, a0=a0, contact_modulus=0.85)
+        wall.calculate(slab)
+        here, beyond = gap, gap + 12 * layer
+        law_at = law.evaluate(np.array([here, beyond]))
+        # A law without an end is cut off 10 a0 beyond its minimum: each layer lacks what it has there.
+        end = law.evaluate(np.array([11.0, 11.0 + layer])).traction
+        cut = 12 * abs(end[0] - end[1]) + 1e-9  # and the cubic spline of the law
+        assert -wall.results["forces"][:, 2].sum() / (0.85 * area) == pytest.approx(
+            -np.diff(law_at.traction)[0], abs=cut
+        )
+        energy = wall.results["energy"] / (0.85 * area * a0)
+        assert energy == pytest.approx(-np.diff(law_at.energy)[0], abs=12 * cut)  # over the range of 10 to 12 a0
