@@ -111,7 +111,8 @@ _FILES = {
         'c.Result.read("results/path.h5").contact_map(1)\n```\n\n'
         "`to_xarray()` of the same object opens the whole file with named axes; it needs the extra `xarray`: `pip"
         " install 'stickiness[xarray]'`. `gap` and `heights` are there with `[output] fields`, `imprint` under a wall"
-        " that yields, `wall/` of a law that is a table, `restart/` as long as a path can go on.",
+        " that yields, `wall/` of a law that is a table, `events/` with"
+        " jumps, `work/` where a solve used several grids, `restart/` as long as a path can go on from it.",
     ),
     "deck": (
         "A deck that was run",

@@ -235,7 +235,7 @@ class OutputTable(Table):
     """whether to store heights and gaps in full, in single precision"""
     last_state: bool | None = None
     """whether to store the gap of the last point in double precision, so that a longer path can continue from it; by
-    default on grids of at most 1024 x 1024 points"""
+    default on grids of at most 1024 x 1024 points, but for the only point of a grid of at most 64 x 64"""
 
 
 class RunConfig(Document):

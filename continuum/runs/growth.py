@@ -22,6 +22,8 @@ from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, points_of
 from continuum.solve.solution import Solution, Status
 
+SMALL = 64**2
+"""Points of a grid up to which the state of a path of one point is not stored: its solve takes less time."""
 _FEW = ("contact_identity", "config_resolved", "identity")
 _NUMBERS = ("step", *(column.name for column in fields(Point)))
 
@@ -39,7 +41,7 @@ class Growth:
     refined: int = 0
     """Number of points that are solved to a finer tolerance, each from its stored state."""
     whole: bool = False
-    """Whether the whole stored path is used."""
+    """Whether the whole stored path is used, or the one point of a small grid found again."""
 
 
 def contact_identity(config: RunConfig) -> str:
@@ -73,6 +75,8 @@ def growth_of(config: RunConfig, source: Path) -> Growth | None:
         return Growth(source, identity, refined=alike) if usable else None
     goes_on = alike == done and ("restart/target" in held or searched)
     ends = alike == asked and not yields
+    if alike == done == 1 and not (goes_on or ends) and config.grid.build().size <= SMALL:
+        return Growth(source, identity, whole=True)
     if not alike or not (goes_on or ends):
         return None
     return Growth(source, identity, kept=alike, whole=alike == done)

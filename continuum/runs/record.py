@@ -1,7 +1,7 @@
 """The record of a run: numbers and fields of each point, and their form in the result file."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Self, get_args
 
@@ -42,6 +42,8 @@ _OF_EVENT: Mapping[str, tuple[type, str, str]] = {
 """Datasets of the jumps, in the order of the fields of an event and of its sides."""
 EVENT_DATASETS = frozenset(_OF_EVENT)
 """Names of the datasets that hold the jumps."""
+JUMPS = "jumps"
+"""Attribute with their number, without which a path without jumps could not be told from a damaged file."""
 _ENDS: Mapping[str, Status | Outcome] = {**Status.__members__, **Outcome.__members__}
 FLAGS = {
     "control": CONTROLS,
@@ -157,10 +159,12 @@ class Record:
             "attracted": _masks(self.attracted, "attracted area"),
             "journal/seconds": _times(self.seconds, 1, "wall time of the point, with its search"),
             "journal/solve_seconds": _times(self.seconds, 0, "wall time of the solve of the point itself"),
-            **self._work(),
-            **self._events(),
             **store.columns(self.points, "step"),
         }
+        if not all(map(_said_by, self.points, self.work)):
+            datasets |= self._work()
+        if self.events:
+            datasets |= self._events()
         if self.fields:
             datasets["gap"] = Dataset(np.array(self.gaps), ("step", "x", "y"), "a0", "gap")
         if self.good and self.good[-1].imprint is not None:
@@ -201,26 +205,27 @@ class Record:
         }
 
     def attributes(self) -> dict[str, Attribute]:
-        """The largest tension among the equilibria of the path and those beside its jumps."""
+        """The number of jumps, and the largest tension among the equilibria of the path and those beside its jumps."""
+        jumps: dict[str, Attribute] = {JUMPS: len(self.events)}
         loads = [(p.lowest_load, p.lowest_load_mean_gap, p.branch) for p in self.points if p.converged]
         for _, event in self.events:
             loads += [(side.load, side.mean_gap, event.branch) for side in (event.before, event.after)]
         if not loads:
-            return {}
+            return jumps
         load, mean_gap, branch = min(loads)
-        return {"smallest_load": load, "smallest_load_mean_gap": mean_gap, "smallest_load_branch": branch}
+        return {**jumps, "smallest_load": load, "smallest_load_mean_gap": mean_gap, "smallest_load_branch": branch}
 
     @classmethod
     def restored(cls, file: store.File, *, fields: bool) -> Self:
-        steps = zip(*(file[name].tolist() for name in _OF_WORK), strict=True)
+        points = points_of(file)
         record = cls(
             fields,
-            points=list(points_of(file)),
+            points=list(points),
             events=list(events_of(file)),
             repulsive=list(file["repulsive"]),
             attracted=list(file["attracted"]),
             gaps=list(file["gap"]) if fields else [],
-            work=[tuple(Work((nx, ny), *rest) for nx, ny, *rest in zip(*step, strict=True) if nx) for step in steps],
+            work=list(_work_in(file, points)),
             seconds=list(zip(file["journal/solve_seconds"].tolist(), file["journal/seconds"].tolist(), strict=True)),
             grown_from=str(file.attributes.get("journal/grown_from", "")),
         )
@@ -256,8 +261,25 @@ def points_of(file: store.File) -> tuple[Point, ...]:
     return tuple(Point(**dict(zip(columns, row, strict=True))) for row in rows)
 
 
+def _said_by(point: Point, work: tuple[Work, ...]) -> bool:
+    """Whether the numbers of a point say its work, as where it was solved on one grid only."""
+    return [one[1:3] for one in work] == ([(point.fft_pairs, point.sweeps)] if point.fft_pairs else [])
+
+
+def _work_in(file: store.File, points: Sequence[Point]) -> Iterator[tuple[Work, ...]]:
+    """The work on each grid, of each point."""
+    if not any(name.startswith("work/") for name in file.datasets):
+        shape = file["x"].size, file["y"].size
+        yield from ((Work(shape, p.fft_pairs, p.sweeps, np.nan),) if p.fft_pairs else () for p in points)
+        return
+    for step in zip(*(file[name].tolist() for name in _OF_WORK), strict=True):
+        yield tuple(Work((nx, ny), *rest) for nx, ny, *rest in zip(*step, strict=True) if nx)
+
+
 def events_of(file: store.File) -> tuple[PathEvent, ...]:
     """The jumps in a file; raises ValueError if it does not hold what a run stores."""
+    if file.attributes.get(JUMPS) == 0:
+        return ()
     rows = zip(*(_column(file, name, kind) for name, (kind, _, _) in _OF_EVENT.items()), strict=True)
     n = len(_SIDES)
     return tuple(

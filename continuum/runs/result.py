@@ -69,17 +69,31 @@ class Result(Shown):
         names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "step", "wall/gap", "wall/traction"}
         file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, names)
         with understood(path):
-            config = restored(RunConfig, str(file.attributes["config_resolved"]))
-            stored = {name.removeprefix("wall/"): file[name] for name in file.datasets if name.startswith("wall/")}
+            knots = {name.removeprefix("wall/"): file[name] for name in file.datasets if name.startswith("wall/")}
             try:
-                wall = config.wall.restored(stored)
+                found = cls.of(path, file.attributes, points_of(file), events_of(file), knots)
             except KeyError as error:
                 msg = f"{path}: lacks the table of its wall, which older versions did not store: run it again"
                 raise StoreError(msg) from error
-            found = cls(path, config, file.attributes, points_of(file), events_of(file), wall)
             # What is derived from the file later is derived once here, where damage is an error of reading.
             _ = found.identity, found.finished, found.grid, found.moments
         return found
+
+    @classmethod
+    def of(
+        cls,
+        path: Path,
+        attributes: Mapping[str, Attribute],
+        points: Sequence[Point],
+        events: Sequence[PathEvent],
+        knots: Mapping[str, Real],
+        resumed: int = 0,
+        seconds: float = 0.0,
+    ) -> Self:
+        """The run of what its file holds, with the knots of the law of its wall, if it has any."""
+        config = restored(RunConfig, str(attributes["config_resolved"]))
+        wall = config.wall.restored(knots)
+        return cls(path, config, attributes, tuple(points), tuple(events), wall, resumed, seconds)
 
     def __repr__(self) -> str:
         good = sum(point.converged for point in self.points)

@@ -28,7 +28,7 @@ from continuum.path.state import Branch, Outcome, PathState, gone
 from continuum.path.threshold_search import afresh, bracket_threshold
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
-from continuum.runs.growth import Growth, as_begun, contact_identity, growth_of, stored_state
+from continuum.runs.growth import SMALL, Growth, as_begun, contact_identity, growth_of, stored_state
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.runs.trials import KeptTrials
@@ -93,24 +93,28 @@ def follow_run(
             trials.drop()
         try:
             write = partial(_write, system, path, key, resumed, added)
-            _follow(system, record, growth, write, every, progress, trials)
+            said_of_it = _follow(system, record, growth, write, every, progress, trials)
         except BaseException:
             trials.save()
             raise
         trials.drop()
-    return replace(Result.read(path), resumed=resumed, seconds=time.perf_counter() - start)
+    took = time.perf_counter() - start
+    return Result.of(path, said_of_it, record.points, record.events, system.problem.wall.knots, resumed, took)
 
 
 def _follow(
     system: RunSetup,
     record: Record,
     growth: Growth | None,
-    write: Callable[[Record], None],
+    write: Callable[[Record], dict[str, Attribute]],
     every: float,
     progress: Progress | None,
     trials: KeptTrials,
-) -> None:
-    """Compute the remaining points and write all; an interruption loses none that can be written."""
+) -> dict[str, Attribute]:
+    """Compute the remaining points and write all; returns the attributes of the finished file.
+
+    An interruption loses no point that can be written.
+    """
     total, since = system.config.loading.points, time.perf_counter()
     written, unwritten = since, None
     solver = solver_of(system.problem, system.settings)
@@ -129,7 +133,7 @@ def _follow(
                 progress(record.points[-1], done, total)
             since = time.perf_counter()
         del solver  # what is added needs memory, too
-        write(record)
+        return write(record)
     except (Exception, KeyboardInterrupt, SystemExit) as error:
         if unwritten is not None and not isinstance(error, OutputError):
             write(record.beginning(*unwritten))
@@ -169,10 +173,14 @@ def states_of(
         done = max(0, done - len(targets))
 
 
-def _write(system: RunSetup, path: Path, key: str, resumed: int, added: Mapping[str, Made], record: Record) -> None:
+def _write(
+    system: RunSetup, path: Path, key: str, resumed: int, added: Mapping[str, Made], record: Record
+) -> dict[str, Attribute]:
     config, grid = system.config, system.problem.grid
     finished = len(record.points) == config.loading.points
-    kept = grid.size <= 1024**2 if config.output.last_state is None else config.output.last_state
+    kept = config.output.last_state
+    if kept is None:  # the only state of a small grid takes longer to store than to find again
+        kept = grid.size <= 1024**2 and (len(record.points) > 1 or grid.size > SMALL)
     datasets = {
         **{name: Dataset(at, (name,), "a0", f"position along {name}") for name, at in positions_of(system).items()},
         **record.datasets(restart=not finished or kept),
@@ -198,7 +206,9 @@ def _write(system: RunSetup, path: Path, key: str, resumed: int, added: Mapping[
     }
     if (device := system.settings.device) != "cpu":  # whose kinds all find the same
         said |= {"device": device, "journal/machine": back_end(device).machine()}
-    store.write(path, datasets, {**said, **attributes_of(system, key), **record.attributes(), **journalled})
+    said |= {**attributes_of(system, key), **record.attributes(), **journalled}
+    store.write(path, datasets, said)
+    return said
 
 
 def positions_of(system: RunSetup) -> dict[str, Real]:
@@ -234,6 +244,8 @@ def _stored(
     config = system.config
     here = None if force else growth_of(config, path)
     if here is not None and here.identity != key and here.whole:
+        if not here.kept:
+            return Record(config.output.fields), False
         growth = here
     elif path.exists():
         growth = None

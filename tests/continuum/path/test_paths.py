@@ -373,9 +373,7 @@ def test_a_stopped_path_with_jumps_goes_on_as_if_it_had_not(whole: Result, tmp_p
     assert [event.kind for _, event in whole.events].count("pull-off") == 1
     file = store.read_datasets(whole.path, RunConfig.result_schema, RunConfig.result_version)
     assert file.attributes["smallest_load"] == min(e.before.load for _, e in whole.events if e.kind == "pull-off")
-    weighted = (file["work/nx"] * file["work/ny"] * file["work/fft_pairs"]).sum(axis=1) / (24 * 30)
-    np.testing.assert_allclose(weighted, file["fft_pairs"])
-    assert (file["journal/fft_seconds"].sum(axis=1) <= file["journal/solve_seconds"]).all()
+    assert file.attributes["jumps"] == len(whole.events)
 
 
 def test_what_has_no_state_is_shown_with_both_sides(

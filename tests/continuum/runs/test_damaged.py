@@ -118,7 +118,7 @@ def test_a_damaged_result_is_read_or_said_to_be_damaged(whole: Path, data: st.Da
     read_all(damaged(whole, *data.draw(st.sampled_from(damages(whole)))))
 
 
-@pytest.mark.parametrize("name", ["load", "events/step", "work/nx", "restart/control"])
+@pytest.mark.parametrize("name", ["load", "events/step", "restart/control"])
 def test_a_run_does_not_go_on_with_what_is_damaged(whole: Path, name: str) -> None:
     path = damaged(whole, name, "", "missing")
     before = path.read_bytes()

@@ -13,12 +13,15 @@ from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
 
+import h5py
 import numpy as np
 import pytest
 
+import continuum as c
 from continuum.cli import main
 from continuum.errors import OutputError
 from continuum.files import store
+from continuum.files.hdf5 import StoreError
 from continuum.files.inputs import load
 from continuum.files.store import Dataset
 from continuum.model.walls import LennardJonesSpline
@@ -26,6 +29,7 @@ from continuum.runs import run
 from continuum.runs.build import build
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
+from continuum.runs.result import Result
 from continuum.runs.run import follow_run
 from continuum.show.plot import written_as
 from continuum.sweeps.axes import Sweep
@@ -66,6 +70,51 @@ def test_a_result_holds_what_is_needed(small: Path, whole: Path) -> None:
         assert file["area_att"][i] == masks[1].mean()
         assert not (masks[1] & (gap > wall + 1e-5)).any()
     np.testing.assert_allclose(file["load"], file["load_rep"] - file["load_att"], atol=1e-15)
+
+
+ONE = {
+    "grid": {"n": 32},
+    "surface": {"kind": "self-affine", "hurst": 0.8, "rms_slope": 0.1, "lambda_s": 4.0, "lambda_L": 32.0, "seed": 3},
+    "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.005},
+    "substrate": {"response": "half-space", "mean": "clamped"},
+    "loading": {"control": "repulsive-area", "targets": [0.05]},
+}
+"""One point of a small grid."""
+
+
+def test_the_file_of_one_point_holds_nothing_twice_and_nothing_empty(tmp_path: Path) -> None:
+    path = tmp_path / "one.h5"
+    returned, read = c.run(ONE, path), Result.read(path)
+    assert path.stat().st_size <= 26_000  # of the 49 532 before
+    np.testing.assert_equal([*map(vars, returned.points)], [*map(vars, read.points)])
+    assert (returned.events, returned.config) == ((), read.config)
+    assert dict(read.attributes) == dict(returned.attributes)
+    assert {name.partition("/")[0] for name in store.dataset_names(path) if "/" in name} == {"journal"}
+    opens_in_xarray(path, None)
+    # A file that has lost its jumps says how many they were.
+    with h5py.File(path, "r+") as file:
+        file.attrs["jumps"] = 1
+    with pytest.raises(StoreError, match="lacks events/step"):
+        Result.read(path)
+
+
+def test_the_one_point_of_a_small_grid_is_found_again_when_its_path_grows(tmp_path: Path) -> None:
+    longer = {"loading.targets": [0.05, 0.1]}
+    c.run(ONE, tmp_path / "grown.h5")
+    assert c.run(ONE, tmp_path / "grown.h5", settings=longer).resumed == 0
+    c.run(ONE, tmp_path / "alone.h5", settings=longer)
+    same(tmp_path / "grown.h5", tmp_path / "alone.h5")
+    with pytest.raises(OutputError, match="holds another result"):
+        c.run(ONE, tmp_path / "grown.h5")
+
+
+def test_the_work_of_several_grids_is_stored_of_each(tmp_path: Path) -> None:
+    path = c.run(ONE | {"loading": {"control": "mean-gap", "targets": [1.5]}}, tmp_path, settings={"grid.n": 256}).path
+    file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version)
+    assert file["work/nx"].tolist() == [[256, 128, 64]]
+    weighted = (file["work/nx"] * file["work/ny"] * file["work/fft_pairs"]).sum(axis=1) / 256**2
+    np.testing.assert_allclose(weighted, file["fft_pairs"])
+    assert (file["journal/fft_seconds"].sum(axis=1) <= file["journal/solve_seconds"]).all()
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -1,0 +1,71 @@
+"""What storing costs: ``python -m docs.benchmarks.files [NAME ...]`` prints one table, of made data.
+
+Counts, bytes and ratios of CPU time hold on any machine; seconds are those of this one, on one thread.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import continuum as c
+from continuum.files.inputs import load
+from continuum.runs.build import build
+from continuum.runs.config import RunConfig
+
+__all__ = ["MEASURED", "ONE"]
+
+Rows = list[tuple[str, str]]
+ONE: dict[str, Any] = {
+    "grid": {"n": 32},
+    "surface": {"kind": "self-affine", "hurst": 0.8, "rms_slope": 0.1, "lambda_s": 4.0, "lambda_L": 32.0, "seed": 1},
+    "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.005},
+    "substrate": {"response": "half-space", "mean": "clamped"},
+    "loading": {"control": "repulsive-area", "targets": [0.05]},
+}
+"""One point of a small grid, of which storing is the largest part."""
+_TURNS = 20
+
+
+def _cpu(call: Callable[[], object]) -> float:
+    began = time.process_time()
+    call()
+    return time.process_time() - began
+
+
+def thin(folder: Path) -> Rows:
+    """One point on 32²: bytes of its file, and CPU time of the whole run over that of its solve."""
+    c.run(ONE, folder / "warm.h5")  # compiled code is loaded
+    press, run = [], []
+    for seed in range(1, _TURNS + 1):
+        system = build(load(ONE, RunConfig, {"surface.seed": seed}))
+        contact = c.Contact(system.problem.heights, system.problem.wall)
+        press.append(_cpu(lambda contact=contact: contact.press(area=0.05)))  # type: ignore[misc]
+        path = folder / f"{seed}.h5"
+        run.append(_cpu(lambda seed=seed, path=path: c.run(ONE, path, settings={"surface.seed": seed})))  # type: ignore[misc]
+    return [
+        ("32², one point: bytes of its file", f"{path.stat().st_size}"),
+        ("CPU time of `press`", f"{1e3 * median(press):.1f} ms"),
+        ("CPU time of `c.run`", f"{1e3 * median(run):.1f} ms"),
+        ("ratio", f"{median(run) / median(press):.1f}"),
+    ]
+
+
+MEASURED: dict[str, Callable[[Path], Rows]] = {"thin": thin}
+
+
+def main(names: list[str]) -> None:
+    """Measure what is named, or all."""
+    for name in names or MEASURED:
+        with tempfile.TemporaryDirectory() as folder:
+            for what, value in MEASURED[name](Path(folder)):
+                sys.stdout.write(f"| {what} | {value} |\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
