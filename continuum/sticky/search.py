@@ -155,6 +155,8 @@ def find_threshold(
     told(f"pressing {topography.source} without adhesion, on {' x '.join(map(str, pressed.problem.grid.shape))} points")
     try:
         found = pressed.threshold()
+        if found.source is Basis.STATE and contact.roll_off is not None:
+            found = replace(found, sampling=pressed.sampling_error(contact.roll_off))
     except NotConvergedError as error:
         return threshold.bounds(contact, f"the map could not be pressed: {error}")
     if search is False or not (search or found.sticky(interface.work_of_adhesion) is None):

@@ -28,13 +28,14 @@ from continuum.model.problem import ContactProblem
 from continuum.model.surface import moments
 from continuum.model.walls import HardWall, Wall
 from continuum.path.area import find_area
-from continuum.path.equilibrium import solver_of
+from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import PathState, Search
 from continuum.path.threshold import PressedState, Threshold, on_core
 from continuum.solve.solution import Settings
 from continuum.sticky import on_grid
 from continuum.sticky.criteria import AREA, RoughContact
 from continuum.sticky.materials import Interface
+from continuum.sticky.sampling import ERRORS, Blocks, sampling_error
 from continuum.theory.rough import generalised_tabor, threshold_share
 from continuum.topography.map import Topography
 from continuum.topography.roughness import stencil_moments
@@ -142,6 +143,9 @@ class MapThreshold:
     """The threshold against the range, from the same state."""
     state: PressedState | None = field(default=None, repr=False)
     """The state without adhesion, on at most :data:`LINEAR` points."""
+    sampling: float = np.nan
+    """Standard error of ln w_c, as of another spot of the surface; NaN where it is not known
+    (:mod:`continuum.sticky.sampling`)."""
 
     def of_map(self, values: Real) -> Real:
         """Values on the points of the map itself, without its mirror images."""
@@ -166,6 +170,18 @@ class MapThreshold:
     def sticky(self, work: float) -> bool | None:
         """Whether a work of adhesion is sticky; None where that is undecided."""
         return True if work > self.high else False if work < self.low else None
+
+    @property
+    def of_surface(self) -> tuple[float, float]:
+        """The interval of the surface from which the map was cut: of two sampling errors and of the map's; else NaN."""
+        ends = np.log(self.low / self.work), np.log(self.high / self.work)
+        low, high = (float(self.work * np.exp(np.copysign(np.hypot(end, ERRORS * self.sampling), end))) for end in ends)
+        return low, high
+
+    def surface_sticky(self, work: float) -> bool | None:
+        """Whether a work of adhesion is sticky on the whole surface; None where that is undecided."""
+        low, high = self.of_surface
+        return True if work > high else False if work < low else None
 
 
 class _Interval(NamedTuple):
@@ -289,6 +305,27 @@ class PressedMap:
             gap=(self.hard.gap if finer else distance) + wall.zero_gap, wall=wall, grid=grid,
             map=self._own_points(grid), warnings=tuple(self._doubts(one.work)), state=linear.state,
         )  # fmt: skip
+
+    def sampling_error(self, roll_off: float) -> float:
+        """Standard error of ln w_c for the surface with this roll-off, as of another spot; NaN if the map is too small.
+
+        Of the range of the interface; the roll-off is in the unit of the map.
+        """
+        linear, blocks = self.linear, Blocks.of(self.topography.lengths, roll_off)
+        if not blocks.enough:
+            return np.nan
+        own = self._own_points(linear.problem.grid).shape
+        wall = linear.wall(self.interface.range / self.unit)
+        return sampling_error(linear.state, self.beside, wall, own, blocks)
+
+    @cached_property
+    def beside(self) -> PressedState:
+        """The state at half the load, on at most :data:`LINEAR` points."""
+        problem, hard = self.linear.problem, self.linear.hard
+        settings = Settings(RESIDUAL * self.slope, threads=self.threads)
+        solver = solver_of(problem, settings)
+        half = equilibrium(problem, "mean-pressure", 0.5 * hard.load, settings, hard.gap, "approach", solver)
+        return on_core(problem, half.require(), self.linear.core_stiffness)
 
     def _own_points(self, grid: Grid) -> Grid:
         """The points of the map itself among those of a grid, in units of the interface."""
@@ -432,10 +469,15 @@ class _Level:
     known: dict[float, Threshold] = field(default_factory=dict, repr=False)
     """Thresholds by their range."""
 
+    @property
+    def core_stiffness(self) -> float:
+        """Stiffness of the core, in E* over the unit of length."""
+        return on_grid.CORE_STIFFNESS / max(self.problem.grid.spacing)
+
     @cached_property
     def state(self) -> PressedState:
         """The state on the core."""
-        return on_core(self.problem, self.hard, on_grid.CORE_STIFFNESS / max(self.problem.grid.spacing))
+        return on_core(self.problem, self.hard, self.core_stiffness)
 
     def wall(self, reach: float, work: float = 1e-6) -> Wall:
         """The law of a range; its shape does not depend on its work while its core is the stiffer."""

@@ -1,1 +1,159 @@
-"""The error of a surface, from one map of it: to be run; the statement is in docs/studies/spots.md."""
+"""The error of a surface from one map of it: spots of surfaces of which the whole is known.
+
+``nice -n 19 python -m docs.studies.spots`` adds to ``docs/measured/spots.csv`` the spots that are missing; some ten
+minutes on one core.  The statement is in docs/studies/spots.md.  Lengths are in pixels, pressures in E*.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from pandas import DataFrame, read_csv
+
+import continuum as c
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.sheet import Sheet
+from continuum.sticky.materials import Interface
+from continuum.sticky.sampling import ERRORS
+from continuum.sticky.threshold import MapThreshold, PressedMap, press_map
+from continuum.topography.map import Topography
+from continuum.topography.mending import detrend
+from continuum.topography.roughness import fit_self_affine, spectrum
+from docs.studies.one_state import Rng, unit
+from docs.studies.tables import keep
+
+FILE = Path(__file__).parents[1] / "measured" / "spots.csv"
+WHOLE, SPOTS, SEED = 1024, 12, 71
+RATIOS = 8, 4, 2, 0
+"""Side of a spot over the roll-off length; 0 where the roll-off is the whole surface."""
+CLAIMED = 8, 4
+RANGE, SLOPE = 0.5, 0.1
+"""Range in rms heights, and rms slope."""
+
+
+def self_affine(hurst: float, rng: Rng, shortest: float, longest: float) -> Real:
+    """Gaussian."""
+    return c.SelfAffine(hurst, SLOPE, shortest, longest).synthesise(Grid.square(WHOLE), rng)
+
+
+def anisotropic(rng: Rng, shortest: float, longest: float) -> Real:
+    """Slopes along x twice those along y."""
+    grid = Grid.square(WHOLE)
+    qx, qy = grid.wavevectors
+    q = np.maximum(np.hypot(qx / np.sqrt(2), qy * np.sqrt(2)), 2 * np.pi / longest)
+    density = np.where(q < 2 * np.pi / (1.5 * shortest), q**-1.7, 0.0)
+    made: Real = grid.inverse(grid.forward(rng.normal(size=grid.shape)) * density)
+    return made
+
+
+def worn(rng: Rng, shortest: float, longest: float) -> Real:
+    """The highest third flattened, under a fine roughness."""
+    rough = unit(self_affine(0.8, rng, 2 * shortest, longest))
+    level = np.quantile(rough, 2 / 3)
+    flat = np.where(rough > level, level + (rough - level) / 5, rough)
+    return flat + 0.1 * unit(self_affine(0.8, rng, shortest, longest / 2))
+
+
+def skewed(rng: Rng, shortest: float, longest: float) -> Real:
+    """Lognormal heights, with valleys deeper than summits are high."""
+    return -np.exp(-0.4 * unit(self_affine(0.6, rng, shortest, longest)))
+
+
+KINDS: Mapping[str, tuple[Callable[[Rng, float, float], Real], int]] = {
+    "H = 0.3": (partial(self_affine, 0.3), 128), "H = 0.5": (partial(self_affine, 0.5), 256),
+    "H = 0.8": (partial(self_affine, 0.8), 128), "anisotropic": (anisotropic, 256), "worn": (worn, 128),
+    "skewed": (skewed, 256),
+}  # fmt: skip
+"""Kinds of surfaces, and the points along a side of their spots."""
+
+
+def whole(kind: str, ratio: int) -> Real:
+    """A surface, periodic."""
+    made, n = KINDS[kind]
+    rng = np.random.default_rng([SEED, list(KINDS).index(kind), ratio])
+    heights = made(rng, 4.0, n / ratio if ratio else float(WHOLE))
+    return heights * SLOPE / c.moments(Grid.square(WHOLE), heights).rms_slope
+
+
+def pressed(heights: Real, reach: float, periodic: bool = False) -> tuple[PressedMap, MapThreshold]:
+    """A map without adhesion, and its threshold."""
+    side = float(heights.shape[0])
+    topography = Topography(heights, (side, side), periodic)
+    found = press_map(topography if periodic else detrend(topography), Interface(1.0, 1e-6, reach, None))
+    return found, found.threshold()
+
+
+def rows(kind: str, ratio: int) -> list[dict[str, object]]:
+    """The spots of a surface."""
+    heights, n = whole(kind, ratio), KINDS[kind][1]
+    reach = RANGE * float(heights.std())
+    known = pressed(heights, reach, periodic=True)[1]
+    places = np.random.default_rng(SEED).permutation((WHOLE // n) ** 2)[:SPOTS]
+    found = []
+    for place in places:
+        i, j = (n * int(x) for x in divmod(place, WHOLE // n))
+        spot, one = pressed(heights[i : i + n, j : j + n], reach)
+        fit = fit_self_affine(*spectrum(spot.topography))
+        roll_off = fit.roll_off if fit is not None and fit.roll_off else float(n)
+        sampling = spot.sampling_error(roll_off)
+        # Where the program states none: what thirds of the map would say.
+        thirds = spot.sampling_error(n / 3)
+        numbers = {"whole": known.work, "work": one.work, "low": one.low, "high": one.high, "chi": one.chi,
+                   "patches": one.patches, "roll_off": roll_off, "sampling": sampling, "thirds": thirds}  # fmt: skip
+        found.append({"kind": kind, "ratio": ratio, "n": n, "spot": int(place), "source": one.source.value}
+                     | {name: f"{value:.6g}" for name, value in numbers.items()})  # fmt: skip
+    return found
+
+
+def judged(data: DataFrame) -> Sheet:
+    """How often the stated interval holds the whole, by ratio."""
+    cells = []
+    for ratio in RATIOS:
+        rows = data[data.ratio == ratio]
+        away = np.log(rows.work / rows.whole)
+        stated = rows.sampling.notna()
+        held = away.abs() <= ERRORS * rows.sampling
+        alone = (rows.whole >= rows.low) & (rows.whole <= rows.high)
+        scatter = np.sqrt((away**2).groupby(rows.kind).mean())
+        width = rows[stated].sampling.groupby(rows.kind).median() * ERRORS / scatter
+        cells.append((
+            str(ratio or "none"), len(rows), int(stated.sum()),
+            f"{int(held[stated].sum())} ({held[stated].mean():.0%})" if stated.any() else "-",
+            f"{int((away.abs() <= ERRORS * rows.thirds).sum())}", int(alone.sum()),
+            f"{np.exp(scatter.min()):.2f} to {np.exp(scatter.max()):.2f}", f"{np.exp(away.median()):.2f}",
+            f"{width.median():.2f}" if stated.any() else "-",
+        ))  # fmt: skip
+    head = ("map over roll-off", "spots", "an error is stated", "of these it holds the whole", "with thirds of the map",
+            "the interval of the map alone", "scatter of spots", "median over the whole",
+            "interval over scatter")  # fmt: skip
+    return Sheet.of("Spots and the whole", head, cells)
+
+
+def main() -> None:
+    """Add the spots that are missing, and keep the table."""
+    known = set()
+    if FILE.exists():
+        with FILE.open(newline="") as file:
+            known = {(one["kind"], int(one["ratio"])) for one in csv.DictReader(file)}
+    for ratio in RATIOS:
+        for kind in KINDS:
+            if (kind, ratio) in known:
+                continue
+            found, new = rows(kind, ratio), not FILE.exists()
+            with FILE.open("a", newline="") as file:
+                writer = csv.DictWriter(file, list(found[0]), lineterminator="\n")
+                if new:
+                    writer.writeheader()
+                writer.writerows(found)
+            print(kind, ratio, flush=True)  # noqa: T201
+    keep("spots.judged", judged(read_csv(FILE)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
