@@ -7,6 +7,7 @@ import numpy as np
 from continuum import units
 from continuum.model.fourier import Real
 from continuum.show.prediction_data import remedy_options
+from continuum.sticky import criteria
 from continuum.sticky.prediction import PredictionNumbers
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.threshold import Basis, MapThreshold
@@ -36,7 +37,7 @@ def statements(prediction: PredictionNumbers) -> list[str]:
     probe, threshold = prediction.probe, prediction.threshold
     found = [_answer(prediction)]
     if threshold is not None and threshold.work > 0:
-        found += [_threshold(prediction, threshold), _change(prediction, threshold)]
+        found += [_threshold(prediction, threshold), _surface(prediction, threshold), _change(prediction, threshold)]
     found += ["" if probe is None else _probe(prediction, probe), _faults(prediction)]
     return [line for line in found if line]
 
@@ -76,6 +77,18 @@ def _threshold(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
     interval = f"{low.split()[0]} to {high}" if low.split()[1:] == high.split()[1:] else f"{low} to {high}"
     between = interval if threshold.source is Basis.BOUNDS else f"= {per_area(threshold.work)} ({interval})"
     return f"w = {per_area(prediction.contact.work_of_adhesion)}, threshold w_c {between} {HOW[threshold.source]}"
+
+
+def _surface(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
+    """What the map tells of the surface from which it was cut."""
+    if threshold.source is Basis.BOUNDS:
+        return ""
+    if np.isnan(threshold.sampling):
+        return "The map spans fewer than three roll-off lengths: this holds for this spot only, not for its surface"
+    low, high = threshold.of_surface
+    said = threshold.surface_sticky(prediction.contact.work_of_adhesion)
+    answer = "undecided" if prediction.verdict.answer == "undecided" else criteria.ANSWERS[said]
+    return f"For the surface of this spot w_c is {per_area(low)} to {per_area(high)}: {answer}"
 
 
 def _change(prediction: PredictionNumbers, threshold: MapThreshold) -> str:

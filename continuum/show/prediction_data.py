@@ -52,6 +52,8 @@ def _threshold(threshold: MapThreshold | None) -> dict[str, str | float | None]:
     return {
         "w_c_J/m2": threshold.work, "w_c low_J/m2": threshold.low, "w_c high_J/m2": threshold.high,
         "w_c from": threshold.source.name.lower(),
+        **{f"w_c of the surface, {end}_J/m2": None if math.isnan(value) else value
+           for end, value in zip(("low", "high"), threshold.of_surface, strict=True)},
     }  # fmt: skip
 
 

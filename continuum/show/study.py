@@ -13,8 +13,8 @@ from continuum.sticky.study import SampleRank, StudyNumbers
 
 _NOTE = (
     "Sorted by w/w_c, the geometric mean over the spots of a sample: above 1 it is sticky.  The interval holds it with "
-    "95 %, by Student, with the scatter of spots pooled over all samples; the error of w_c is not in it.  Ranks: the "
-    "places that the intervals leave open."
+    "95 %, by Student, with the scatter of spots pooled over all samples, or by the sampling error of a single spot; "
+    "the verdict takes the error of w_c, too.  Ranks: the places that the intervals leave open."
 )
 
 
@@ -28,7 +28,8 @@ def study_sentence(study: StudyNumbers) -> str:
         return f"{first[0].name}: {first[0].answer} ({first[0].counts})"
     if len(top) == 1:
         return f"{top[0]} is the stickiest of {len(study.samples)} samples ({first[0].counts})"
-    why = "no spot was measured beside another" if study.scatter is None else "their intervals overlap"
+    alone = all(one.interval is None for one in first)
+    why = "no spot was measured beside another" if alone else "their intervals overlap"
     return f"{', '.join(top[:-1])} and {top[-1]} cannot be told apart as the stickiest: {why}"
 
 
@@ -37,7 +38,7 @@ def study_doubts(study: StudyNumbers) -> list[str]:
     doubts = [f"{spot.sample}, spot {spot.name}: left out: {spot.error}" for spot in study.unusable]
     nothing = [spot for spot in study.spots if spot.found is not None and spot.margin is None]
     doubts += [f"{spot.sample}, spot {spot.name}: undecided, and in no mean" for spot in nothing]
-    if study.scatter is None:
+    if all(one.interval is None for one in study.samples):
         doubts.append("one spot of each sample: how spots scatter is not known, and no sample is told from another")
     return doubts
 

@@ -3,7 +3,8 @@
 Sample, spot and magnification of a file follow from its name, or from a table ``study.csv`` in the folder.  The
 magnifications of a spot are joined to one surface; each spot is one contact; samples are ranked by w over that of the
 threshold, the geometric mean over their spots.  Its interval is Student's, with the scatter of spots pooled over all
-samples, as a few spots of one sample do not determine it.
+samples, as a few spots of one sample do not determine it.  Spots are spots of one surface: the answer for a sample is
+that of their mean, with its interval and the error of the method, not of the spots one by one.
 """
 
 import csv
@@ -16,15 +17,16 @@ import numpy as np
 
 from continuum.arguments import instance
 from continuum.errors import InputError
+from continuum.sticky import criteria
 from continuum.sticky.criteria import Answer
 from continuum.sticky.prediction import PredictionNumbers
+from continuum.sticky.sampling import CONFIDENCE, ERRORS
 from continuum.topography.quantities import PER_MAP
 
 TABLE = "study.csv"
 """Name of the table of files in a folder."""
 RESULTS = ("study.csv", "study-spots.csv")
 """Tables that are written for a study, after the name of its folder."""
-CONFIDENCE = 0.95
 _FIELDS = ("sample", "spot", "magnification")
 _USUAL = re.compile(r"(?P<sample>[^_/]+)(?:[_/](?P<spot>[^_/]+)(?:[_/](?P<magnification>[^_/]+))?)?")
 """Names of files: sample, spot and magnification, between underscores or from a folder."""
@@ -64,6 +66,28 @@ class Spot:
         """Work over the threshold; None if unknown."""
         return None if self.found is None else self.found.verdict.factor
 
+    @property
+    def method(self) -> float:
+        """Logarithmic error of its threshold as that of this spot; 0 if unknown."""
+        found = None if self.found is None else self.found.threshold
+        return (
+            0.0 if found is None else float(np.log(max(found.high / found.work, found.work / max(found.low, 1e-300))))
+        )
+
+    @property
+    def sampling(self) -> float:
+        """Standard error of the logarithm of its threshold as that of the surface; NaN if unknown."""
+        found = None if self.found is None else self.found.threshold
+        return np.nan if found is None else found.sampling
+
+    @property
+    def open(self) -> bool:
+        """Whether it is undecided for another reason than that w lies in the interval of its threshold."""
+        found = self.found
+        if found is None or found.threshold is None or self.answer != "undecided":
+            return False
+        return found.threshold.sticky(found.contact.work_of_adhesion) is not None
+
 
 @dataclass(frozen=True, eq=False)
 class SampleRank:
@@ -74,15 +98,24 @@ class SampleRank:
     margin: float | None
     """w over that of the threshold, the geometric mean over the spots; None if unknown."""
     interval: tuple[float, float] | None
-    """Its 95 % interval; None if no scatter is known."""
+    """Its 95 % interval, by how spots scatter; of one spot by its sampling error; None if neither is known."""
     ranks: tuple[int, int] | None = None
     """The best and the worst place that the intervals allow, from 1; None without a margin."""
 
     @property
     def answer(self) -> Answer:
-        """The answer of all spots; undecided if they differ."""
+        """The answer of the mean of its spots; without an interval that of all spots; undecided if it is open."""
         said = {spot.answer for spot in self.spots if spot.answer is not None}
-        return said.pop() or "undecided" if len(said) == 1 else "undecided"
+        if any(spot.open for spot in self.spots):
+            return "undecided"
+        if self.interval is None or self.margin is None:
+            return said.pop() or "undecided" if len(said) == 1 else "undecided"
+        method = float(np.mean([spot.method for spot in self.spots if spot.margin is not None]))
+        low, high = (
+            np.copysign(np.hypot(np.log(end / self.margin), method), end - self.margin) for end in self.interval
+        )
+        middle = np.log(self.margin)
+        return criteria.ANSWERS[True if middle + low > 0 else False if middle + high < 0 else None]
 
     @property
     def counts(self) -> str:
@@ -202,17 +235,23 @@ def ranked(folder: Path, spots: Sequence[Spot]) -> StudyNumbers:
     scatter = float(np.sqrt(squares / freedom)) if freedom else None
     samples = []
     for name, values in logs.items():
-        margin, interval = float(np.exp(np.mean(values))) if values else None, None
-        if margin is not None and scatter is not None:
-            from scipy.special import stdtrit  # imported late: not needed if no sample has two spots
-
-            half = scatter * float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) / np.sqrt(len(values))
-            interval = float(margin * np.exp(-half)), float(margin * np.exp(half))
         own = tuple(spot for spot in spots if spot.sample == name)
+        margin = float(np.exp(np.mean(values))) if values else None
+        half = _half(values, scatter, freedom, [spot.sampling for spot in own if spot.margin])
+        interval = None if margin is None or half is None else (margin * np.exp(-half), margin * np.exp(half))
         samples.append(SampleRank(name, own, margin, interval))
     samples.sort(key=lambda one: -(one.margin or 0.0))
     with_ranks = tuple(replace(one, ranks=_ranks(one, samples)) for one in samples)
     return StudyNumbers(folder, with_ranks, None if scatter is None else float(np.exp(scatter)))
+
+
+def _half(values: Sequence[float], scatter: float | None, freedom: int, sampling: Sequence[float]) -> float | None:
+    """Half of the interval of a mean of logarithms: Student's, or of one spot two of its sampling errors."""
+    if scatter is not None:
+        from scipy.special import stdtrit  # imported late: not needed if no sample has two spots
+
+        return float(scatter * stdtrit(freedom, (1 + CONFIDENCE) / 2) / np.sqrt(max(len(values), 1)))
+    return ERRORS * sampling[0] if sampling and np.isfinite(sampling[0]) else None
 
 
 def _ranks(one: SampleRank, samples: Sequence[SampleRank]) -> tuple[int, int] | None:

@@ -90,6 +90,15 @@ def test_ranks_are_the_places_that_intervals_leave_open() -> None:
     assert [sample.answer for sample in found.samples] == ["sticky"] * 3 + ["not sticky"]
 
 
+def test_spots_are_of_one_surface_whose_mean_decides() -> None:
+    """Two spots on either side of the threshold are no vote: their mean and its interval decide."""
+    values = {"rough": [0.5, 0.6, 1.05], "smooth": [4.0, 4.4, 4.2], "near": [0.9, 1.0, 1.1]}
+    found = ranked(Path(), [Found(name, str(i), m) for name, ms in values.items() for i, m in enumerate(ms)])
+    assert {sample.name: sample.answer for sample in found.samples} == {
+        "rough": "not sticky", "smooth": "sticky", "near": "undecided"
+    }  # fmt: skip
+
+
 def test_one_spot_of_each_sample_ranks_none() -> None:
     found = ranked(Path(), [Found("a", "1", 5.0), Found("b", "1", 0.2), Found("c", "1", None)])
     assert found.scatter is None

@@ -207,9 +207,9 @@ def test_what_would_change_the_answer_is_known_or_not_said() -> None:
     found = prediction_of([topography], Interface(1e9, 1.0, 1e-9, None), smallest=2e-9).solved(search=False)
     assert found.threshold is not None
     found = at(found, 2 * found.threshold.work)
-    assert "heights and slopes" in statements(found)[2]
+    assert "heights and slopes" in statements(found)[3]
     none = replace(found.threshold, curve=tuple(one._replace(known=False) for one in found.threshold.curve))
-    said = statements(replace(found, threshold=none))[2]  # none of the ranges is answered
+    said = statements(replace(found, threshold=none))[3]  # none of the ranges is answered
     assert "E* above" in said
     assert "range" not in said
     assert "heights" not in said
