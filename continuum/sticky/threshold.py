@@ -174,6 +174,8 @@ class MapThreshold:
     @property
     def of_surface(self) -> tuple[float, float]:
         """The interval of the surface from which the map was cut: of two sampling errors and of the map's; else NaN."""
+        if np.isnan(self.sampling):
+            return np.nan, np.nan
         ends = np.log(self.low / self.work), np.log(self.high / self.work)
         low, high = (float(self.work * np.exp(np.copysign(np.hypot(end, ERRORS * self.sampling), end))) for end in ends)
         return low, high

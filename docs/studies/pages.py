@@ -34,6 +34,7 @@ from docs.studies import (
     pull_off_judged,
     rivals,
     short_range,
+    spots,
     stiffness,
     threshold_of_atoms,
 )
@@ -254,6 +255,8 @@ MADE: dict[str, Callable[[], str]] = {
     "one_state": lambda: "\n".join(one_state_judged.tables(one_state_judged.read())),
     "kappa_of_one_state": lambda: "\n".join(kappa_of_one_state.taken(_stored("one-state-kappa.csv"))),
     "kappa_of_one_state.drifts": lambda: "\n".join(kappa_of_one_state.drifts()),
+    "spots": lambda: spots.judged(_stored("spots.csv")).markdown(),
+    "spots.verdicts": lambda: spots.verdicts(_stored("spots.csv")),
     "classes": lambda: classes.verdicts(classes.read()).markdown().partition("\n")[2].strip(),
     "bandwidth": lambda: bandwidth.found(bandwidth.stored()),
     "patches": lambda: "\n".join(patches.lines(patches.stored())),

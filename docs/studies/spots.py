@@ -26,7 +26,6 @@ from continuum.topography.map import Topography
 from continuum.topography.mending import detrend
 from continuum.topography.roughness import fit_self_affine, spectrum
 from docs.studies.one_state import Rng, unit
-from docs.studies.tables import keep
 
 FILE = Path(__file__).parents[1] / "measured" / "spots.csv"
 WHOLE, SPOTS, SEED = 1024, 12, 71
@@ -121,13 +120,12 @@ def judged(data: DataFrame) -> Sheet:
         held = away.abs() <= ERRORS * rows.sampling
         alone = (rows.whole >= rows.low) & (rows.whole <= rows.high)
         scatter = np.sqrt((away**2).groupby(rows.kind).mean())
-        width = rows[stated].sampling.groupby(rows.kind).median() * ERRORS / scatter
         cells.append((
             str(ratio or "none"), len(rows), int(stated.sum()),
             f"{int(held[stated].sum())} ({held[stated].mean():.0%})" if stated.any() else "-",
             f"{int((away.abs() <= ERRORS * rows.thirds).sum())}", int(alone.sum()),
             f"{np.exp(scatter.min()):.2f} to {np.exp(scatter.max()):.2f}", f"{np.exp(away.median()):.2f}",
-            f"{width.median():.2f}" if stated.any() else "-",
+            f"{width(data, ratio):.2f}" if stated.any() else "-",
         ))  # fmt: skip
     head = ("map over roll-off", "spots", "an error is stated", "of these it holds the whole", "with thirds of the map",
             "the interval of the map alone", "scatter of spots", "median over the whole",
@@ -135,8 +133,40 @@ def judged(data: DataFrame) -> Sheet:
     return Sheet.of("Spots and the whole", head, cells)
 
 
+def held(data: DataFrame, ratio: int) -> float:
+    """Share of the stated intervals that hold the whole; of thirds of the map where there is no roll-off."""
+    rows = data[data.ratio == ratio]
+    error = rows.sampling if ratio else rows.thirds
+    stated = error.notna()
+    away = np.log(rows.work / rows.whole).abs()
+    return float((away <= ERRORS * error)[stated].mean())
+
+
+def width(data: DataFrame, ratio: int) -> float:
+    """The median interval of a kind over the scatter of its spots, the median of the kinds."""
+    rows = data[(data.ratio == ratio) & data.sampling.notna()]
+    scatter = np.log(rows.work / rows.whole).pow(2).groupby(rows.kind).mean() ** 0.5
+    return float((rows.sampling.groupby(rows.kind).median() * ERRORS / scatter).median())
+
+
+def verdicts(data: DataFrame) -> str:
+    """Each row of the statement with its verdict."""
+    lines = []
+    for ratio in CLAIMED:
+        share = held(data, ratio)
+        word = "held" if share >= 0.9 else "not decided" if share >= 0.8 else "refuted"
+        lines.append(f"* a map of {ratio} roll-off lengths: {share:.0%} of the intervals hold the whole: **{word}**")
+    none = held(data, 0)
+    word = "held" if none < 0.8 else "refuted" if none >= 0.9 else "not decided"
+    lines.append(f"* without a roll-off: blocks of a third of the map would hold it for {none:.0%}: **{word}**")
+    most = max(width(data, ratio) for ratio in CLAIMED)
+    word = "held" if most <= 2.5 else "refuted" if most > 4 else "not decided"
+    lines.append(f"* the interval is at most {most:.2f} times the scatter of the spots: **{word}**")
+    return "\n".join(lines)
+
+
 def main() -> None:
-    """Add the spots that are missing, and keep the table."""
+    """Add the spots that are missing, and print the table."""
     known = set()
     if FILE.exists():
         with FILE.open(newline="") as file:
@@ -152,7 +182,7 @@ def main() -> None:
                     writer.writeheader()
                 writer.writerows(found)
             print(kind, ratio, flush=True)  # noqa: T201
-    keep("spots.judged", judged(read_csv(FILE)))
+    sys.stdout.write(judged(read_csv(FILE)).markdown() + "\n" + verdicts(read_csv(FILE)))
 
 
 if __name__ == "__main__":
