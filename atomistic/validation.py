@@ -12,9 +12,10 @@ from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import archive, budget
 from atomistic.ladder.archive import Archive
 from atomistic.ladder.budget import BoundVerdict
+from atomistic.ladder.checks import checks_of
 from atomistic.ladder.comparison import PathPlan, compare_on_path, paths_of
 from atomistic.ladder.rungs import NoJumpError
-from atomistic.lammps.engine import command_words
+from atomistic.lammps.engine import command_words, runner
 from atomistic.relax.specimen import specimen_of
 from continuum.arguments import count, file_name, flag, function
 from continuum.errors import StickinessError
@@ -23,6 +24,7 @@ from continuum.files.inputs import load
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Dataset
 from continuum.files.tables import refuse
+from continuum.model.walls import LennardJonesSpline
 from continuum.sheet import Sheet
 from continuum.sweeps.workers import Task, TaskResult, run_tasks
 from continuum.tables import Fault
@@ -60,13 +62,12 @@ class Validation:
 
     @property
     def sentence(self) -> str:
-        """A sentence with the number of bounds that hold, and the worst state of each of the others."""
+        """What was judged, against what is allowed, how many bounds hold, and the worst state of each of the others."""
+        from atomistic.show.validation import judged
+
         failed = [verdict for verdict in self.verdicts if not verdict.holds]
-        said = f"{len(self.verdicts) - len(failed)} of {len(self.verdicts)} bounds hold"
-        if not failed:
-            return said
-        where = "; ".join(f"{v.case}, {v.quantity}, at {v.state or 'no state'}" for v in failed)
-        return f"{said}, {len(failed)} FAIL: {where}"
+        where = "; ".join(v.told for v in failed)
+        return judged(self.verdicts) + (f": {where}" if failed else "")
 
     def statements(self) -> list[str]:
         """The answer in at most eight lines: verdict, worst states, error of the half-space, what was looked at.
@@ -133,14 +134,18 @@ def validate(
     if decks is not None:
         folder(decks)
     if not archive.is_complete(path, config, force=force):
-        about = specimen_of(config).about()  # measured once for all workers, before anything is written
+        specimen = specimen_of(config)
+        about = specimen.about()  # measured once for all workers, before anything is written
         with reserved(path):
             parts = path.with_name(f"{path.stem}.parts")
             if force:
                 shutil.rmtree(parts, ignore_errors=True)
             if not archive.is_complete(path, config, force=force):  # which another process may have written
                 results = _compare_all(config, parts, workers, decks, lmp_command, progress)
-                archive.write_archive(path, config, archive.join(results), about)
+                lengths = dict.fromkeys(case.adhesion_length for case in config.case)
+                laws = [LennardJonesSpline(adhesion_length=length) for length in lengths]
+                checks = archive.datasets_of_checks(checks_of(specimen, laws, runner(lmp_command)))
+                archive.write_archive(path, config, archive.join(results) | checks, about)
             shutil.rmtree(parts, ignore_errors=True)
     with understood(path):
         stored = archive.read_archive(path)

@@ -15,6 +15,7 @@ from continuum.tables import Fault, Table, constraint
 _Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
 
 Compared = Literal["load", "gross_load", "displacement", "area_rep", "area_att"]
+Step = Literal["depth", "anisotropy", "discreteness", "nonlinearity", "total"]
 
 
 class SurfacesTable(SelfAffineSpectrum):
@@ -27,9 +28,14 @@ class SurfacesTable(SelfAffineSpectrum):
 class BoundTable(Table):
     """A bound on the difference of two rungs: coefficient times rms_slope to a power."""
 
+    newer: ClassVar[frozenset[str]] = frozenset({"step"})
+
+    step: Step = "nonlinearity"
+    """step of the ladder that is bounded: "nonlinearity" is lattice response against atoms, "total" half-space against
+    atoms"""
     quantity: Compared
-    """difference of lattice response and atoms that is bounded: "load" relative to N_rep, "gross_load" relative to
-    N_rep + N_att, "displacement" (largest, in a0), areas relative to A0"""
+    """difference that is bounded: "load" relative to N_rep, "gross_load" relative to N_rep + N_att, "displacement"
+    (largest, in a0), areas relative to A0"""
     coefficient: Positive
     """bound = coefficient x rms_slope^power, in the unit of the quantity"""
     power: Annotated[float, Field(ge=0, le=4)] = 0.0
@@ -93,7 +99,7 @@ class ValidateConfig(Document):
     """Input of ``atomistic validate``."""
 
     result_schema: ClassVar[str] = "stickiness/validation"
-    result_version: ClassVar[int] = 5
+    result_version: ClassVar[int] = 6
 
     interatomic: Interatomic
     """what holds the atoms together"""

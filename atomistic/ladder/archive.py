@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from atomistic.config.validate import ValidateConfig
+from atomistic.ladder.checks import Check
 from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, ValidatedState
 from atomistic.ladder.rungs import RUNGS, Rung, RungName, kinds_of
 from continuum.files import store
@@ -32,6 +33,16 @@ _OF_DIFFERENCE: Mapping[str, tuple[str, str]] = {
     "pixels": ("1", "points whose contact differs"),
 }
 """Unit and description of each column of differences."""
+
+_OF_CHECK: Mapping[str, tuple[str, str]] = {
+    "step": ("", "what is checked: crystal, half-space or law"),
+    "quantity": ("", "what is compared"),
+    "measured": ("1", "largest relative difference"),
+    "limit": ("1", "allowed relative difference"),
+    "points": ("1", "values that were compared"),
+    "reason": ("", "reason for what is allowed"),
+}
+"""Unit and description of each column of checks."""
 
 
 class Archive(NamedTuple):
@@ -129,10 +140,18 @@ def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
     return data
 
 
+def datasets_of_checks(checks: Sequence[Check]) -> dict[str, Dataset]:
+    """Checks of the ladder as named arrays over ``check``."""
+    return {
+        f"check_{name}": Dataset(np.array([getattr(check, name) for check in checks]), ("check",), units, long_name)
+        for name, (units, long_name) in _OF_CHECK.items()
+    }
+
+
 def write_archive(
     path: Path, config: ValidateConfig, datasets: Mapping[str, Dataset], about: Mapping[str, store.Attribute]
 ) -> None:
-    """Store all paths of an input, and the substrate."""
+    """Store all paths of an input, the checks of its ladder, and the substrate."""
     store.write(
         path,
         datasets,

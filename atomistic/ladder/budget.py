@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.config.validate import CaseTable, ExponentTable, ValidateConfig
+from atomistic.ladder.checks import Check
 from atomistic.ladder.ensemble import carried_bounds
 
 Columns = Mapping[str, NDArray[Any]]
@@ -55,6 +56,9 @@ class BoundVerdict:
     """One bound, the worst state that it applies to, and whether it holds."""
 
     case: str
+    """Of the input; empty for a check that has no case."""
+    step: str
+    """Step of the ladder; ``crystal``, ``half-space`` or ``law`` for a check, ``equilibrium`` for the forces left."""
     quantity: str
     bound: str
     """The bound as text, such as ``0.3 h'``."""
@@ -67,6 +71,8 @@ class BoundVerdict:
     reason: str
     state: str = ""
     """The worst state: slope, seed, area and branch."""
+    scale: float = 1.0
+    """Power of the slope of the worst state, by which the difference was divided."""
 
     @property
     def holds(self) -> bool:
@@ -76,10 +82,10 @@ class BoundVerdict:
     @property
     def told(self) -> str:
         """What was found at the worst state, and what is allowed."""
-        at = f"at {self.state}, the worst of {self.states}" if self.states else "no state was looked at"
-        return (
-            f"{self.case}, {self.quantity}: {self.measured:.3g} where {self.limit:.4g} is allowed ({self.bound}), {at}"
-        )
+        at = f"at {self.state}, the worst of {self.states}" if self.state else f"{self.states} values"
+        at = at if self.states else "no state was looked at"
+        of = ", ".join(filter(None, (self.case, self.step, self.quantity)))
+        return f"{of}: {self.measured:.3g} where {self.limit:.4g} is allowed ({self.bound}), {at}"
 
 
 class Exponent(NamedTuple):
@@ -145,48 +151,59 @@ def _mean(values: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVerdict]:
-    """Every bound of the input, and those that hold for all cases.
+    """Every bound of the input, those of the ensemble for all other steps, and those that hold for all cases.
 
-    A case without bounds of its own has those of :mod:`atomistic.ladder.ensemble`, if these exist.
+    The bounds of a step are those of the input, if it has any, else of :mod:`atomistic.ladder.ensemble`, if these
+    exist.
     """
     for case in config.case:
         mine = columns["case"] == case.name
         worst = partial(_worst, columns, case.name)
-        for bound in case.tolerance or carried_bounds(config, case):
+        own = {bound.step for bound in case.tolerance}
+        for bound in (*case.tolerance, *(one for one in carried_bounds(config, case) if one.step not in own)):
             applies = mine & (np.isin(columns["area"], bound.areas) if bound.areas else True)
-            scaled = np.abs(columns[f"nonlinearity_{bound.quantity}"]) / columns["rms_slope"] ** bound.power
+            scale = columns["rms_slope"] ** bound.power
+            differences = np.abs(columns[f"{bound.step}_{bound.quantity}"])
             power = {0.0: "", 1.0: " h'", 2.0: " h'²"}.get(bound.power, f" h'^{bound.power:g}")
             unit = " a0" if bound.quantity == "displacement" else ""
             areas = " at A_rep " + ", ".join(f"{a:g}" for a in bound.areas) if bound.areas else ""
             quantity, text = bound.quantity.replace("_", " ") + areas, f"{bound.coefficient:.4g}{power}{unit}"
-            yield worst(applies, scaled, quantity, text, bound.coefficient, bound.reason)
+            yield worst(applies, differences, bound.step, quantity, text, bound.coefficient, bound.reason, scale)
         for exponent in case.exponent:
             yield _scaled(case, exponent, columns)
-        force = columns["largest_force"] / columns["rms_slope"] / 1e-8
+        scale = columns["rms_slope"] * 1e-8
         reason = "an equilibrium of the atoms under the wall of the deck, so that differences are physical"
-        yield worst(mine, force, "largest force", "1e-8 h' E* a0²", 1.0, reason)
+        bound_of = "equilibrium", "largest force", "1e-8 h' E* a0²"
+        yield worst(mine, columns["largest_force"], *bound_of, 1.0, reason, scale)
+    of_check = (columns[f"check_{name}"].tolist() for name in Check._fields)
+    for check in map(Check._make, zip(*of_check, strict=True)):
+        yield BoundVerdict("", check.step, check.quantity, f"{check.limit:g}", *check[2:])
 
 
 def _worst(
     columns: Columns,
     case: str,
     applies: NDArray[np.bool_],
-    values: NDArray[np.float64],
+    differences: NDArray[np.float64],
+    step: str,
     quantity: str,
     bound: str,
     limit: float,
     reason: str,
+    scale: NDArray[np.float64],
 ) -> BoundVerdict:
     """The verdict on a bound by its worst state; NaN is worst."""
-    at = np.flatnonzero(applies)
+    at, values = np.flatnonzero(applies), differences / scale
     if not at.size:
-        return BoundVerdict(case, quantity, bound, float("nan"), limit, 0, reason)
+        return BoundVerdict(case, step, quantity, bound, float("nan"), limit, 0, reason)
     worst = at[np.argmax(values[at])]
     place, area = str(columns["place"][worst]), columns["area"][worst]
     where = f"A_rep/A0 = {area:g}" if place == "area" else place
     slope, seed, branch = (columns[name][worst] for name in ("rms_slope", "seed", "branch"))
     state = f"h' = {slope:g}, seed {seed}, {where}, {branch}"
-    return BoundVerdict(case, quantity, bound, float(values[worst]), limit, at.size, reason, state)
+    return BoundVerdict(
+        case, step, quantity, bound, float(values[worst]), limit, at.size, reason, state, float(scale[worst])
+    )
 
 
 def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVerdict:
@@ -197,7 +214,8 @@ def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVer
         worst = max(fits, key=lambda fit: (np.isnan(fit.fitted), abs(fit.fitted - table.expected)))
         off, state = abs(worst.fitted - table.expected), f"seed {worst.seed}, A_rep/A0 = {worst.area:g}"
     quantity, bound = f"exponent of {table.quantity} over h' = {slopes}", f"{table.expected:g} ± {table.tolerance:g}"
-    return BoundVerdict(case.name, quantity, bound, off, table.tolerance, len(fits), table.reason, state)
+    of = case.name, "nonlinearity", quantity
+    return BoundVerdict(*of, bound, off, table.tolerance, len(fits), table.reason, state)
 
 
 def exponents(columns: Columns, slopes: tuple[float, ...] | None = None) -> Iterator[Exponent]:

@@ -1,12 +1,14 @@
 """Bounds for new surfaces and metals, from quantiles of an ensemble of earlier runs.
 
-``ensemble.csv``, made by ``docs/studies/ensemble.py``, has the differences of the lattice Green's function and the
-atoms in each state of eight surfaces on springs and on three metals, and of sixteen on deeper springs.  A case without
-``[[tolerance]]`` is judged by similar ones: without adhesion by |N difference|/N_rep = a h' and |u difference| = b a0
-h'², with it by c h' of all that acts.
+``ensemble.csv``, made by ``docs/studies/ensemble.py``, has the differences of neighbouring rungs, and of half-space and
+atoms, in each state of eight surfaces on springs and on three metals, and of sixteen on deeper springs.  A step without
+``[[tolerance]]`` is judged by similar cases: depth, anisotropy, discreteness and the total by |N difference|/(N_rep +
+N_att) = a, the nonlinearity without adhesion by |N difference|/N_rep = a h' and |u difference| = b a0 h'², with it by
+c h' of all that acts.
 
-Each surface and crystal has a coefficient, that of its worst state.  Over the surfaces of
-one crystal their logarithms are taken as normal: the limit is that which a further surface exceeds with the probability
+Each surface and crystal has a coefficient, that of its worst state.  Over the surfaces of one crystal the logarithms of
+those of the nonlinearity are taken as normal, and of the other steps, whose differences have either sign and may be
+about zero, the coefficients themselves: the limit is that which a further surface exceeds with the probability
 :data:`RARE` (Student's t, G. J. Hahn, J. Am. Stat. Assoc. 64, 878 (1969)), shared among the surfaces of the case.  For
 metals the largest limit is taken: of k + 1 similar ones, a given one has the largest with the probability 1/(k + 1).
 The judged case is left out of its own bound: its crystal, or for springs its surfaces.
@@ -21,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from atomistic.config.validate import BoundTable, CaseTable, Compared, ValidateConfig
+from atomistic.config.validate import BoundTable, CaseTable, Compared, Step, ValidateConfig
 
 RARE = 0.01
 """Probability with which one of the surfaces of a case breaks a bound that is right."""
@@ -30,10 +32,15 @@ FEWEST = 8
 SPRINGS = "springs"
 HURST, LAMBDA_S, ROLL_OFF, PERIOD = 0.8, 8.0, 2.0, 4.0
 """Parameters of the surfaces of the ensemble: H, λ_s in a0; λ_L and period in λ_s."""
+LINEAR: tuple[Step, ...] = ("depth", "anisotropy", "discreteness", "total")
+"""Steps whose differences do not vanish with the slope."""
+_PLAIN: tuple[tuple[Step, Compared, int], ...] = (("nonlinearity", "load", 1), ("nonlinearity", "displacement", 2))
+_STICKY: tuple[tuple[Step, Compared, int], ...] = (("nonlinearity", "gross_load", 1),)
+"""Step, quantity and power of the slope of the nonlinearity, without and with adhesion."""
 
 
 class Row(NamedTuple):
-    """One state of the ensemble: differences of lattice response and atoms."""
+    """One state of the ensemble: differences of lattice response and atoms, and of all other rungs."""
 
     crystal: str
     """``springs``, or the name of the file of the potential."""
@@ -50,6 +57,14 @@ class Row(NamedTuple):
     """|N difference|/(N_rep + N_att)."""
     displacement: float
     """Largest |u difference|, in a0."""
+    depth_gross_load: float
+    """|N difference|/(N_rep + N_att) of half-space and layer."""
+    anisotropy_gross_load: float
+    """The same of layer and cubic layer."""
+    discreteness_gross_load: float
+    """The same of cubic layer and lattice response."""
+    total_gross_load: float
+    """The same of half-space and atoms."""
 
 
 @cache
@@ -61,44 +76,50 @@ def rows() -> tuple[Row, ...]:
     return tuple(Row(*row) for row in table[list(Row._fields)].tolist())
 
 
-def limit(coefficients: Mapping[str, Mapping[int, float]], surfaces: int) -> tuple[float, str]:
+def limit(
+    coefficients: Mapping[str, Mapping[int, float]], surfaces: int, *, logarithms: bool = True
+) -> tuple[float, str]:
     """Largest limit of all crystals, which a further surface rarely exceeds, and the crystal that has it.
 
     Parameters
     ----------
     coefficients : coefficients of each crystal, by the seed of the surface.
     surfaces : number of surfaces judged together.
+    logarithms : whether the logarithms of the coefficients are normal, or the coefficients themselves.
     """
     found = {}
     for crystal, by_seed in coefficients.items():
-        logs = np.log(list(by_seed.values()))
+        values = np.array(list(by_seed.values()))
+        values = np.log(values) if logarithms else values
         # scipy.stats, which has it too, takes a second to import.
-        quantile = float(scipy.special.stdtrit(len(logs) - 1, 1 - RARE / surfaces))
-        found[crystal] = float(np.exp(logs.mean() + quantile * logs.std(ddof=1) * np.sqrt(1 + 1 / len(logs))))
+        quantile = float(scipy.special.stdtrit(len(values) - 1, 1 - RARE / surfaces))
+        most = float(values.mean() + quantile * values.std(ddof=1) * np.sqrt(1 + 1 / len(values)))
+        found[crystal] = float(np.exp(most)) if logarithms else most
     largest = max(found, key=lambda crystal: found[crystal])
     return found[largest], largest
 
 
 def carried_bounds(config: ValidateConfig, case: CaseTable) -> tuple[BoundTable, ...]:
-    """Bounds of a case that has none of its own; empty if the ensemble does not cover it: see :func:`untested`."""
+    """Bounds of all steps of a case; empty if the ensemble does not cover it: see :func:`untested`."""
     alike, outside = _alike(config, case)
     if outside:
         return ()
-    sticky = case.adhesion_length > 0
-    scalings: tuple[tuple[Compared, int], ...] = (("gross_load", 1),) if sticky else (("load", 1), ("displacement", 2))
+    nonlinear = _STICKY if case.adhesion_length > 0 else _PLAIN
     found = []
-    for quantity, power in scalings:
+    linear: tuple[tuple[Step, Compared, int], ...] = tuple((step, "gross_load", 0) for step in LINEAR)
+    for step, quantity, power in (*linear, *nonlinear):
+        name = quantity if step == "nonlinearity" else f"{step}_{quantity}"
         worst: defaultdict[str, dict[int, float]] = defaultdict(dict)
         for row in alike:
-            scaled = float(getattr(row, quantity)) / row.rms_slope**power
+            scaled = float(getattr(row, name)) / row.rms_slope**power
             worst[row.crystal][row.seed] = max(scaled, worst[row.crystal].get(row.seed, 0.0))
-        coefficient, crystal = limit(worst, len(config.surface.seeds))
+        coefficient, crystal = limit(worst, len(config.surface.seeds), logarithms=step == "nonlinearity")
         many = "crystals" if len(worst) > 1 else "crystal"
         reason = (
             f"of {min(map(len, worst.values()))} other surfaces on {len(worst)} {many}, the largest that of {crystal}: "
             f"similar surfaces exceed it with a probability of {RARE:g}"
         )
-        found.append(BoundTable(quantity=quantity, coefficient=coefficient, power=power, reason=reason))
+        found.append(BoundTable(step=step, quantity=quantity, coefficient=coefficient, power=power, reason=reason))
     return tuple(found)
 
 

@@ -68,15 +68,22 @@ that, and of rungs that differ by so much no step of the budget is a small part.
 
 
 def response_of(name: RungName, lattice: LatticeResponse, constants: CubicConstants) -> Substrate:
-    """Elastic response of a continuum rung over the slab of the lattice, whose crystal has these constants."""
+    """Elastic response of a rung but atoms over the slab of the lattice, whose crystal has these constants."""
+    return lattice if name == "lattice" else continuum_response(name, lattice.slab.depth, constants)
+
+
+def continuum_response(name: RungName, depth: float, constants: CubicConstants) -> Substrate:
+    """Elastic response of a rung without atoms, as deep as given, in a0.
+
+    Raises KeyError for the name of another rung.
+    """
     if name == "half-space":
         return HalfSpace("clamped")
     if name == "layer":
-        return Layer(lattice.slab.depth, 0.5, "clamped")
+        return Layer(depth, 0.5, "clamped")
     if name == "crystal":
-        depth = lattice.slab.depth
         return CubicLayer(depth, constants, constants.c11 / depth)
-    return lattice
+    raise KeyError(name)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

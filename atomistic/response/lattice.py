@@ -149,19 +149,7 @@ class LatticeResponse:
 
     def _block(self, block: int, other: int) -> Complex:
         """H of a block, or U between it and the next one; shape (waves, 3b, 3b)."""
-        b, mobile = self.force_constants.coupled_layers, self.slab.mobile
-        result = np.zeros((self._order.size, 3 * b, 3 * b), dtype=np.complex128)
-        for i in range(b):
-            for j in range(b):
-                up, low = block * b + i, other * b + j
-                part = result[:, 3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
-                if max(up, low) >= mobile:  # the last block may hold layers of the base: they do not move
-                    part[:] = np.eye(3) * (up == low)
-                elif 0 <= low - up <= b:
-                    part[:] = self.force_constants.blocks(up, low - up, *self._waves)
-                elif 0 < up - low <= b:
-                    part[:] = _adjoint(self.force_constants.blocks(low, up - low, *self._waves))
-        return result
+        return block_of(self.force_constants, block, other, *self._waves, self.slab.mobile)
 
     @cached_property
     def _chain(self) -> _Chain:
@@ -349,6 +337,49 @@ class LatticeResponse:
         result = np.empty_like(values)
         result[self._order] = values
         return result.reshape(*self.slab.grid.shape_q, *values.shape[1:])
+
+
+def block_of(constants: ForceConstants, block: int, other: int, qx: Real, qy: Real, mobile: float = np.inf) -> Complex:
+    """H of a block of layers, or U between it and the next one, at wavevectors, shape (n,); shape (n, 3b, 3b).
+
+    Layers from ``mobile`` on are held.
+    """
+    b = constants.coupled_layers
+    result = np.zeros((qx.size, 3 * b, 3 * b), dtype=np.complex128)
+    for i in range(b):
+        for j in range(b):
+            up, low = block * b + i, other * b + j
+            part = result[:, 3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
+            if max(up, low) >= mobile:  # the last block may hold layers of the base: they do not move
+                part[:] = np.eye(3) * (up == low)
+            elif 0 <= low - up <= b:
+                part[:] = constants.blocks(up, low - up, qx, qy)
+            elif 0 < up - low <= b:
+                part[:] = _adjoint(constants.blocks(low, up - low, qx, qy))
+    return result
+
+
+def half_space_stiffness(constants: ForceConstants, qx: Real, qy: Real) -> Real:
+    """K_q = 1/G_zz of the half-space of a crystal at any wavevectors but 0, shape (n,), in E*/a0.
+
+    Every second block is eliminated, again and again, so that the bulk is as deep as 2^k blocks after k steps (Lopez
+    Sancho, Lopez Sancho and Rubio, J. Phys. F 15, 851 (1985), Eqs. 11-16).
+    """
+    top = -(-constants.depth // constants.coupled_layers)
+    edge = bulk = block_of(constants, top, top, qx, qy)
+    down = block_of(constants, top, top + 1, qx, qy)
+    up, change = _adjoint(down), bulk
+    while np.abs(change).max() > _STEADY * np.abs(edge).max():
+        inverse = _inverse(bulk)
+        down_over, up_over = down @ inverse, up @ inverse
+        change = down_over @ up
+        edge, bulk = edge - change, bulk - change - up_over @ down
+        down, up = down_over @ down, up_over @ up
+    found = _inverse(edge)
+    for block in reversed(range(top)):
+        below = block_of(constants, block, block + 1, qx, qy)
+        found = _inverse(block_of(constants, block, block, qx, qy) - below @ found @ _adjoint(below))
+    return np.asarray(1 / found[:, 2, 2].real)
 
 
 def require_room(slab: Slab, model: Model) -> None:

@@ -25,6 +25,8 @@ from continuum.show.page import Page
 from continuum.units import GPA_PER_EV_PER_A3, Units, per_area
 
 LABELS = WORDS | {"half-space": "half-space, ν = 1/2", "layer": "layer, ν = 1/2", "atoms": "atoms (LAMMPS)"}
+_CHECKED = {"half-space": "half-space at long waves", "crystal": "crystal at long waves", "law": "law in LAMMPS"}
+"""Checks that need no other run, as the answer names them."""
 _FAILED = 4
 """Failed bounds that the answer names."""
 _UNFELT = 1e-3
@@ -37,16 +39,15 @@ _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 
 
 def validation_statements(stored: Archive, verdicts: Sequence[BoundVerdict]) -> list[str]:
-    """The answer in at most eight lines: verdicts, the worst states, what the half-space is right to."""
+    """The answer in at most eight lines: what was judged, the worst states, what the half-space is right to."""
     failed = [verdict for verdict in verdicts if not verdict.holds]
-    found = [f"{len(verdicts) - len(failed)} of {len(verdicts)} bounds hold"]
+    found = [judged(verdicts)]
     if failed:
-        found[0] += f", {len(failed)} FAIL"
         found += [f"FAILS: {verdict.told}" for verdict in failed[:_FAILED]]
         found += [f"and {len(failed) - _FAILED} more, in the tables"] if len(failed) > _FAILED else []
-    elif differs := [verdict for verdict in verdicts if verdict.quantity != "largest force"]:
+    elif differs := [verdict for verdict in verdicts if verdict.step in STEPS]:
         # That the atoms are in equilibrium is asked before they are compared.
-        found.append(f"Nearest to its bound: {max(differs, key=lambda one: one.measured / one.limit).told}")
+        found.append(f"Nearest to its bound: {max(differs, key=_nearness).told}")
     worst = max(budget.costs(stored.columns, ("total",)), key=lambda cost: cost.load["total"])
     states = stored.columns["evaluations"].size
     return [
@@ -55,6 +56,36 @@ def validation_statements(stored: Archive, verdicts: Sequence[BoundVerdict]) -> 
         f"in {worst.case} at h'rms = {worst.rms_slope:g}",
         f"Looked at: {states} equilibria of atoms on {len(set(stored.columns['case'].tolist()))} cases; tables with -v",
     ]
+
+
+def judged(verdicts: Sequence[BoundVerdict]) -> str:
+    """Each step of the ladder, the total first: its worst load and what is allowed; and how many bounds hold."""
+
+    def percent(value: float) -> str:
+        return f"{100 * value:.2g} %"
+
+    said, missing = list[str](), list[str]()
+    for step in ("total", *(step for step in STEPS if step != "total")):
+        of = [v for v in verdicts if v.step == step and v.quantity.startswith(("load", "gross load"))]
+        name = "half-space against atoms" if step == "total" else step
+        if not of:
+            missing.append(name)
+            continue
+        worst = max(of, key=_nearness)
+        said.append(f"{name} {percent(worst.measured * worst.scale)} of {percent(worst.limit * worst.scale)} allowed")
+    for step, name in _CHECKED.items():
+        if of := [v for v in verdicts if v.step == step]:
+            worst = max(of, key=_nearness)
+            said.append(f"{name} {worst.measured:.1g} of {worst.limit:.1g}")
+    said += [f"not judged: {', '.join(missing)}"] if missing else []
+    holding = sum(verdict.holds for verdict in verdicts)
+    fails = f", {len(verdicts) - holding} FAIL" if holding < len(verdicts) else ""
+    return f"{'; '.join(said)}; {holding} of {len(verdicts)} bounds hold{fails}"
+
+
+def _nearness(verdict: BoundVerdict) -> float:
+    """How near a difference comes to its bound; one that is no number is beyond any."""
+    return verdict.measured / verdict.limit if np.isfinite(verdict.measured) else np.inf
 
 
 def validation_sheets(config: ValidateConfig, stored: Archive, verdicts: Sequence[BoundVerdict]) -> list[Sheet]:
@@ -207,18 +238,20 @@ def _jumps(archive: Archive) -> list[Sheet]:
 
 def _tolerances(config: ValidateConfig, verdicts: Sequence[BoundVerdict]) -> Sheet:
     notes = [
-        f"{case.name}: no bound on what differs.  Not tested by the ensemble: {said}."
+        f"{case.name}: the ensemble bounds none of its steps.  Not tested there: {said}."
         for case in config.case
-        if not case.tolerance and (said := untested(config, case))
+        if (said := untested(config, case))
     ]
     for reason in dict.fromkeys(verdict.reason for verdict in verdicts):
-        of = dict.fromkeys(f"{v.case}, {v.quantity}" for v in verdicts if v.reason == reason)
+        of = dict.fromkeys(
+            ", ".join(filter(None, (v.case, v.step, v.quantity))) for v in verdicts if v.reason == reason
+        )
         notes.append(f"Why ({'; '.join(of)}): {reason}.")
     return Sheet.of(
-        "Tolerances: lattice Green's function against atoms",
-        ("case", "quantity", "bound", "worst / limit", "states", "worst state", "verdict"),
+        "Bounds: each step of the ladder, the total, and checks that need no other run",
+        ("case", "step", "quantity", "bound", "worst / limit", "states", "worst state", "verdict"),
         [
-            [v.case, v.quantity, v.bound, f"{v.measured:.3g} / {v.limit:.4g}", str(v.states), v.state,
+            [v.case or "all", v.step, v.quantity, v.bound, f"{v.measured:.3g} / {v.limit:.4g}", str(v.states), v.state,
              "holds" if v.holds else "FAILS"]
             for v in verdicts
         ],

@@ -22,11 +22,15 @@ from typing import NamedTuple
 import atomistic as a
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import ensemble
+from atomistic.ladder.comparison import STEPS
 from atomistic.ladder.ensemble import Row
 from continuum.files.inputs import load
+from continuum.sheet import Column, Entry, Sheet
 
 POTENTIALS = ("Cu_mishin1.eam.alloy", "Ni_u3.eam", "Al_zhou.eam.alloy")
-JUDGED = ("gold", "silver")
+JUDGED = ("gold", "silver", ensemble.SPRINGS)
+OTHERS = (301, 302, 303)
+"""Surfaces on the slab of ``quick.toml`` that were not run before the limits of all steps were written down."""
 FILE = Path(ensemble.__file__).with_name("ensemble.csv")
 Case = tuple[float, tuple[float, ...], tuple[float, ...]]
 """Adhesion length in a0, rms slopes, areas."""
@@ -83,6 +87,7 @@ def states(crystal: str, family: Family) -> list[Row]:
             family.depth,
             *(columns[name][i].item() for name in ("adhesion_length", "seed", "rms_slope", "area")),
             *(abs(columns[f"nonlinearity_{name}"][i].item()) for name in ("load", "gross_load", "displacement")),
+            *(abs(columns[f"{step}_gross_load"][i].item()) for step in STEPS if step != "nonlinearity"),
         )
         for i in range(len(columns["case"]))
     ]
@@ -103,11 +108,37 @@ def run(*, deep: bool) -> None:
         writer.writerows([row.crystal, *(f"{value:.6g}" for value in row[1:])] for row in found)
 
 
+def limits() -> str:
+    """Smallest and largest difference of each linear step over the surfaces of a family, and a limit."""
+    families: dict[tuple[str, float, float], dict[str, dict[int, dict[str, float]]]] = {}
+    for row in ensemble.rows():
+        kind = ensemble.SPRINGS if row.crystal == ensemble.SPRINGS else "metals"
+        of = families.setdefault((kind, row.depth, row.adhesion_length), {}).setdefault(row.crystal, {})
+        worst = of.setdefault(row.seed, dict.fromkeys(ensemble.LINEAR, 0.0))
+        for step in ensemble.LINEAR:
+            worst[step] = max(worst[step], float(getattr(row, f"{step}_gross_load")))
+    rows: list[tuple[Entry, ...]] = []
+    for (kind, depth, length), crystals in families.items():
+        cells = []
+        for step in ensemble.LINEAR:
+            found = {name: {seed: worst[step] for seed, worst in of.items()} for name, of in crystals.items()}
+            every = [100 * value for of in found.values() for value in of.values()]
+            most = 100 * ensemble.limit(found, 3, logarithms=False)[0]
+            cells.append(f"{min(every):.2g} - {max(every):.2g}, {most:.2g}")
+        rows.append((kind, f"{depth * ensemble.LAMBDA_S:g}", f"{length:g}", *cells))
+    head = (Column("crystals"), Column("depth (a0)"), Column("l_a (a0)"), *map(Column, ensemble.LINEAR))
+    return Sheet.of("limits", head, rows).markdown()
+
+
 def judge(names: Sequence[str]) -> None:
-    """The verdicts on metals that are in no bound."""
+    """The verdicts on metals that are in no bound, and on further surfaces of springs."""
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
-            found = a.validate(f"inputs/validate/{name}.toml", folder, workers=1)
+            file: str | Path = f"inputs/validate/{name}.toml"
+            if name == ensemble.SPRINGS:
+                file = Path(folder, f"{name}.toml")
+                file.write_text(text(name, DEEP._replace(seeds=OTHERS)), encoding="utf-8")
+            found = a.validate(file, folder, workers=1)
         sys.stdout.write(f"{name}: {found.sentence}\n{found.sheets()[-1].text()}\n")
         sys.stdout.flush()
 

@@ -18,6 +18,7 @@ from docs.studies import (
     bandwidth,
     claims,
     classes,
+    ensemble,
     exponents,
     figure2,
     figure4,
@@ -243,6 +244,7 @@ _CLAIMS = {
 
 MADE: dict[str, Callable[[], str]] = {
     **{f"table.{name}": lambda file=file: shown(file) for name, file in KEPT.items()},
+    "ensemble.limits": ensemble.limits,
     "law": law.tables,
     "judgement": lambda: judgement.tables(_judged()),
     "short_range": lambda: "\n".join(short_range.lines(_stored(short_range.FILE))),

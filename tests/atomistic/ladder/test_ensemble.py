@@ -10,6 +10,7 @@ import pytest
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import budget, ensemble
+from atomistic.ladder.checks import Check
 from atomistic.ladder.ensemble import RARE, Row, carried_bounds, limit, untested
 from continuum.files.inputs import load
 
@@ -41,7 +42,7 @@ def of(text: str, tmp_path: Path) -> ValidateConfig:
 def made(crystal: str, coefficient: float, seeds: range = range(101, 109)) -> list[Row]:
     """States of one crystal whose coefficients scatter by a per cent."""
     return [
-        Row(crystal, 2.0, length, seed, slope, area, load=c * slope, gross_load=c * slope, displacement=c * slope**2)
+        Row(crystal, 2.0, length, seed, slope, area, c * slope, c * slope, c * slope**2, *(c * k for k in (1, 2, 3, 4)))
         for seed in seeds
         for length in (0.0, 0.005)
         for slope in (0.1, 0.01)
@@ -52,11 +53,12 @@ def made(crystal: str, coefficient: float, seeds: range = range(101, 109)) -> li
 
 def test_a_further_surface_exceeds_the_limit_as_rarely_as_is_said(rng: np.random.Generator) -> None:
     runs, surfaces = 4000, 2
-    drawn = np.exp(0.6 * rng.standard_normal((runs, 8 + surfaces)))
-    limits = [limit({"a": dict(enumerate(each[:8]))}, surfaces)[0] for each in drawn]
-    broken = np.mean(drawn[:, 8:].max(axis=1) > limits)
-    # The two surfaces share a limit: at most RARE; a binomial of 4000 trials scatters by 0.0016.
-    assert broken == pytest.approx(RARE, abs=4 * np.sqrt(RARE / runs))
+    normal = 0.6 * rng.standard_normal((runs, 8 + surfaces))
+    for drawn, logarithms in ((np.exp(normal), True), (normal, False)):
+        limits = [limit({"a": dict(enumerate(each[:8]))}, surfaces, logarithms=logarithms)[0] for each in drawn]
+        broken = np.mean(drawn[:, 8:].max(axis=1) > limits)
+        # The two surfaces share a limit: at most RARE; a binomial of 4000 trials scatters by 0.0016.
+        assert broken == pytest.approx(RARE, abs=4 * np.sqrt(RARE / runs))
     # Twice the coefficients are twice the limit; of crystals with equal scatter the larger counts.
     one, two = {1: 1.0, 2: 1.1, 3: 0.9}, {1: 2.0, 2: 2.2, 3: 1.8}
     both = limit({"a": one, "b": two}, 1)
@@ -69,9 +71,16 @@ def test_what_is_judged_is_in_no_bound_of_its_own(tmp_path: Path, monkeypatch: p
     states = [*made("Cu_mishin1.eam.alloy", 0.1), *made("Au_u3.eam", 9.0), *made("springs", 9.0)]
     monkeypatch.setattr(ensemble, "rows", lambda: states)
     plain, sticky = (carried_bounds(gold, case) for case in gold.case)
-    assert [(b.quantity, b.power) for b in plain] == [("load", 1), ("displacement", 2)]
-    assert [(b.quantity, b.power) for b in sticky] == [("gross_load", 1)]
-    assert all(0.1 < bound.coefficient < 0.12 for bound in (*plain, *sticky))
+    linear = ("depth", "anisotropy", "discreteness", "total")
+    assert [(b.step, b.quantity, b.power) for b in plain] == [
+        *((step, "gross_load", 0) for step in linear),
+        ("nonlinearity", "load", 1),
+        ("nonlinearity", "displacement", 2),
+    ]
+    assert [(b.step, b.quantity, b.power) for b in sticky[4:]] == [("nonlinearity", "gross_load", 1)]
+    for k, bounds in enumerate(zip(plain[:4], sticky[:4], strict=True), 1):
+        assert all(0.1 * k < bound.coefficient < 0.12 * k for bound in bounds)
+    assert all(0.1 < bound.coefficient < 0.12 for bound in (*plain[4:], *sticky[4:]))
     assert "8 other surfaces on 1 crystal" in plain[0].reason
     # Of springs the surfaces that are judged are left out, and what is left has to be enough.
     springs = of(SPRINGS, tmp_path)
@@ -122,6 +131,12 @@ def test_the_ensemble_has_eight_surfaces_of_each_crystal_and_judges_a_case_witho
         "place": np.array(["area"] * count), "branch": np.array(["approach"] * count),
         "largest_force": 1e-10 * slopes,
         "nonlinearity_load": np.array([0.2, 1.0]) * slopes, "nonlinearity_displacement": 0.5 * slopes**2,
+        **{f"{step}_gross_load": np.array([0.001, 0.2 * (step == "total")]) for step in ensemble.LINEAR},
+        **{f"check_{name}": np.array([]) for name in Check._fields},
     }  # fmt: skip
     failed = [verdict for verdict in budget.bound_verdicts(config, columns) if not verdict.holds]
-    assert [(v.quantity, v.state) for v in failed] == [("load", "h' = 0.01, seed 2, A_rep/A0 = 0.1, approach")]
+    where = "h' = 0.01, seed 2, A_rep/A0 = 0.1, approach"
+    assert [(v.step, v.quantity, v.state) for v in failed] == [
+        ("total", "gross load", where),
+        ("nonlinearity", "load", where),
+    ]

@@ -22,6 +22,7 @@ from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.ladder import archive, budget, comparison
+from atomistic.ladder.checks import checks_of
 from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, compare_on_path, paths_of
 from atomistic.ladder.rungs import (
     CONTINUUM_RUNGS,
@@ -35,11 +36,13 @@ from atomistic.ladder.rungs import (
     state_at_area,
 )
 from atomistic.lammps import session
-from atomistic.lammps.engine import run_command
+from atomistic.lammps.engine import run_command, runner
 from atomistic.relax import relax
+from atomistic.relax.specimen import specimen_of
 from atomistic.response.lattice import LatticeResponse
 from atomistic.show.validation import validation_sheets, validation_statements
 from continuum.files.inputs import load
+from continuum.files.store import Dataset
 from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
@@ -150,9 +153,16 @@ def results(compared: tuple[list[PathResult], Counter[str]]) -> list[PathResult]
     return compared[0]
 
 
+@pytest.fixture(scope="module")
+def checks(config: ValidateConfig) -> dict[str, Dataset]:
+    """Of the ladder, which need no run of it."""
+    laws = [LennardJonesSpline(adhesion_length=case.adhesion_length) for case in config.case]
+    return archive.datasets_of_checks(checks_of(specimen_of(config), laws, runner(None)))
+
+
 @pytest.fixture
-def columns(results: list[PathResult]) -> dict[str, np.ndarray]:
-    return {name: dataset.values for name, dataset in archive.datasets_of(results).items()}
+def columns(results: list[PathResult], checks: dict[str, Dataset]) -> dict[str, np.ndarray]:
+    return {name: dataset.values for name, dataset in (archive.datasets_of(results) | checks).items()}
 
 
 SETTINGS = Settings(1e-9)
@@ -370,7 +380,8 @@ def test_bounds_that_hold_and_bounds_that_fail(config: ValidateConfig, columns: 
     worse = dict(columns)
     worse["largest_force"] = columns["largest_force"] * 1e3
     assert {v.quantity for v in budget.bound_verdicts(config, worse) if not v.holds} == {"largest force"}
-    assert all(v.state.endswith(("approach", "retract")) for v in budget.bound_verdicts(config, worse) if v.states > 1)
+    of_cases = [verdict for verdict in budget.bound_verdicts(config, worse) if verdict.case]
+    assert all(v.state.endswith(("approach", "retract")) for v in of_cases if v.states > 1)
     for bad in (np.nan, np.inf):
         worse["nonlinearity_gross_load"] = np.where(columns["case"] == "sticky", bad, 0.0)
         assert "gross load" in {v.quantity for v in budget.bound_verdicts(config, worse) if not v.holds}
@@ -420,14 +431,22 @@ def test_the_answer_names_the_worst_states_in_at_most_ten_lines(
     verdicts = list(budget.bound_verdicts(config, columns))
     stored = archive.Archive(columns, {})
     good = validation_statements(stored, verdicts)
-    assert good[0] == f"{len(verdicts)} of {len(verdicts)} bounds hold"
-    differ = [verdict for verdict in verdicts if verdict.quantity != "largest force"]
+    assert good[0].endswith(f"{len(verdicts)} of {len(verdicts)} bounds hold")
+    # The first line names what was judged, with the worst load and what is allowed, and what was not.
+    (load,) = (verdict for verdict in verdicts if (verdict.case, verdict.quantity) == ("sticky", "gross load"))
+    other = [verdict for verdict in verdicts if (verdict.case, verdict.quantity) == ("plain", "load")]
+    worst = max(load, *other, key=lambda one: one.measured / one.limit)
+    allowed = f"{100 * worst.measured * worst.scale:.2g} % of {100 * 0.5 * worst.scale:.2g} % allowed"
+    assert f"nonlinearity {allowed}" in good[0]
+    assert "not judged: half-space against atoms, depth, anisotropy, discreteness" in good[0]
+    assert "law in LAMMPS" in good[0]
+    differ = [verdict for verdict in verdicts if verdict.step == "nonlinearity"]
     nearest = max(differ, key=lambda one: one.measured / one.limit)
     assert nearest.state in good[1]
     assert f"{100 * np.abs(columns['total_gross_load']).max():.1f} % of N_rep + N_att" in good[2]
     assert f"{columns['evaluations'].size} equilibria" in good[3]
     bad = validation_statements(stored, [replace(verdict, measured=np.nan) for verdict in verdicts])
-    assert bad[0] == f"0 of {len(verdicts)} bounds hold, {len(verdicts)} FAIL"
+    assert bad[0].endswith(f"0 of {len(verdicts)} bounds hold, {len(verdicts)} FAIL")
     assert all(one.startswith("FAILS: ") and "where" in one for one in bad[1:3])
     assert len(good) <= len(bad) <= 8  # and two with the files
 
@@ -451,12 +470,16 @@ def test_a_depth_that_no_wave_feels_is_no_column_of_the_budget(
 
 
 def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
-    config: ValidateConfig, results: list[PathResult], columns: dict[str, np.ndarray], tmp_path: Path
+    config: ValidateConfig,
+    results: list[PathResult],
+    checks: dict[str, Dataset],
+    columns: dict[str, np.ndarray],
+    tmp_path: Path,
 ) -> None:
     for result in results[::-1]:
         archive.write_part(tmp_path / result.path.file_name, config, result)
     parts = [archive.read_archive_part(tmp_path / path.file_name, config) for path in paths_of(config)]
-    archive.write_archive(tmp_path / "stored.h5", config, archive.join(parts), {})
+    archive.write_archive(tmp_path / "stored.h5", config, archive.join(parts) | checks, {})
     stored = archive.read_archive(tmp_path / "stored.h5").columns
     assert list(stored["case"]) == ["plain", "plain", "sticky", "sticky"]
     for name, values in columns.items():
@@ -514,11 +537,15 @@ def test_a_validation_goes_on_where_it_stopped(
 
 
 def test_another_validation_in_the_way_is_left_alone(
-    config: ValidateConfig, results: list[PathResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    config: ValidateConfig,
+    results: list[PathResult],
+    checks: dict[str, Dataset],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     changed = tmp_path / "small.toml"
     changed.write_text(SMALL.replace("depth = 8.0", "depth = 9.0"))
-    archive.write_archive(tmp_path / "small.h5", config, archive.datasets_of(results), {})
+    archive.write_archive(tmp_path / "small.h5", config, archive.datasets_of(results) | checks, {})
     before = (tmp_path / "small.h5").read_bytes()
     assert main(["validate", str(changed), "-o", str(tmp_path)]) == 2
     assert "holds another result" in capsys.readouterr().err
@@ -528,6 +555,7 @@ def test_another_validation_in_the_way_is_left_alone(
 def test_a_failing_bound_is_the_exit_code(
     config: ValidateConfig,
     results: list[PathResult],
+    checks: dict[str, Dataset],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -535,10 +563,12 @@ def test_a_failing_bound_is_the_exit_code(
     undrawn(monkeypatch)
     strict = tmp_path / "small.toml"
     strict.write_text(SMALL.replace("coefficient = 0.5", "coefficient = 0.0005", 1))
-    archive.write_archive(tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results), {})
+    archive.write_archive(
+        tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results) | checks, {}
+    )
     assert main(["validate", str(strict), "-o", str(tmp_path)]) == 1
     out = capsys.readouterr().out
-    assert re.search(r"1 FAIL\nFAILS: plain, load: 0\.\d+ where 0\.0005 is allowed .* at h' = 0\.0", out)
+    assert re.search(r"1 FAIL\nFAILS: plain, nonlinearity, load: 0\.\d+ where 0\.0005 is allowed .* at h' = 0\.0", out)
     assert "seed 2, A_rep/A0 = 0.06, approach" in out
 
 
@@ -626,7 +656,9 @@ def test_the_page_of_a_run_stands_alone(crystal: tuple[ValidateConfig, Path]) ->
     figures = list(crystal[1].glob("crystal-*.png"))
     assert page.count("data:image/png;base64,") == len(figures) > 0
     assert "http" not in page.replace("http-equiv", "")
-    assert "1 of 1 bounds hold" in page
+    # The equilibrium, and the checks: the ensemble knows no Lennard-Jones.
+    assert "5 of 5 bounds hold" in page
+    assert "not judged: half-space against atoms, depth, anisotropy, discreteness, nonlinearity" in page
 
 
 @pytest.mark.parametrize(
