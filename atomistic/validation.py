@@ -63,11 +63,11 @@ class Validation:
     @property
     def sentence(self) -> str:
         """What was judged, against what is allowed, how many bounds hold, and the worst state of each of the others."""
-        from atomistic.show.validation import judged
+        from atomistic.show.validation import sentence_of
 
         failed = [verdict for verdict in self.verdicts if not verdict.holds]
         where = "; ".join(v.told for v in failed)
-        return judged(self.verdicts) + (f": {where}" if failed else "")
+        return sentence_of(self.verdicts) + (f": {where}" if failed else "")
 
     def statements(self) -> list[str]:
         """The answer in at most eight lines: verdict, worst states, error of the half-space, what was looked at.
@@ -143,7 +143,7 @@ def validate(
             if not archive.is_complete(path, config, force=force):  # which another process may have written
                 results = _compare_all(config, parts, workers, decks, lmp_command, progress)
                 lengths = dict.fromkeys(case.adhesion_length for case in config.case)
-                laws = [LennardJonesSpline(adhesion_length=length) for length in lengths]
+                laws = {f"l_a = {each:g} a0": LennardJonesSpline(adhesion_length=each) for each in lengths}
                 checks = archive.datasets_of_checks(checks_of(specimen, laws, runner(lmp_command)))
                 archive.write_archive(path, config, archive.join(results) | checks, about)
             shutil.rmtree(parts, ignore_errors=True)

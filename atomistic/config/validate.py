@@ -99,7 +99,7 @@ class ValidateConfig(Document):
     """Input of ``atomistic validate``."""
 
     result_schema: ClassVar[str] = "stickiness/validation"
-    result_version: ClassVar[int] = 6
+    result_version: ClassVar[int] = 5
 
     interatomic: Interatomic
     """what holds the atoms together"""

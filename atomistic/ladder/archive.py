@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from atomistic.config.validate import ValidateConfig
-from atomistic.ladder.checks import Check
+from atomistic.ladder.checks import LadderCheck
 from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, ValidatedState
 from atomistic.ladder.rungs import RUNGS, Rung, RungName, kinds_of
 from continuum.files import store
@@ -140,7 +140,7 @@ def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
     return data
 
 
-def datasets_of_checks(checks: Sequence[Check]) -> dict[str, Dataset]:
+def datasets_of_checks(checks: Sequence[LadderCheck]) -> dict[str, Dataset]:
     """Checks of the ladder as named arrays over ``check``."""
     return {
         f"check_{name}": Dataset(np.array([getattr(check, name) for check in checks]), ("check",), units, long_name)

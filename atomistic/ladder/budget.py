@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.config.validate import CaseTable, ExponentTable, ValidateConfig
-from atomistic.ladder.checks import Check
+from atomistic.ladder.checks import LadderCheck
 from atomistic.ladder.ensemble import carried_bounds
 
 Columns = Mapping[str, NDArray[Any]]
@@ -175,8 +175,9 @@ def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVe
         reason = "an equilibrium of the atoms under the wall of the deck, so that differences are physical"
         bound_of = "equilibrium", "largest force", "1e-8 h' E* a0²"
         yield worst(mine, columns["largest_force"], *bound_of, 1.0, reason, scale)
-    of_check = (columns[f"check_{name}"].tolist() for name in Check._fields)
-    for check in map(Check._make, zip(*of_check, strict=True)):
+    # Those of earlier versions have none.
+    of_check = (columns[f"check_{name}"].tolist() for name in LadderCheck._fields if "check_step" in columns)
+    for check in map(LadderCheck._make, zip(*of_check, strict=True)):
         yield BoundVerdict("", check.step, check.quantity, f"{check.limit:g}", *check[2:])
 
 

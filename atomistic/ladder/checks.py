@@ -9,7 +9,7 @@ crystal must have these limits along <110> and <100>, and the isotropic half-spa
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,7 +25,7 @@ from atomistic.response.lattice import half_space_stiffness
 from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.walls import LennardJonesSpline, Wall
+from continuum.model.walls import Wall
 
 LONGEST, DEEP = 512.0, 4096.0
 """Longest wave, and depth of a layer that is a half-space for it to all digits, in a0."""
@@ -45,7 +45,7 @@ is of rounding: formulas of LAMMPS and ours agree to 1e-15 of the tractions, gap
 """
 
 
-class Check(NamedTuple):
+class LadderCheck(NamedTuple):
     """One check: what was compared, the largest relative difference, the allowed one and the number of values."""
 
     step: str
@@ -56,11 +56,14 @@ class Check(NamedTuple):
     reason: str
 
 
-def checks_of(specimen: Specimen, laws: Iterable[Wall], run: Callable[[Path], DeckResult]) -> tuple[Check, ...]:
+def checks_of(
+    specimen: Specimen, laws: Mapping[str, Wall], run: Callable[[Path], DeckResult]
+) -> tuple[LadderCheck, ...]:
     """The checks of a substrate and of the laws that are pressed on it.
 
     Parameters
     ----------
+    laws : by name.
     run : runs a deck, as :func:`atomistic.lammps.engine.runner` gives it.
     """
     model = specimen.model
@@ -68,21 +71,19 @@ def checks_of(specimen: Specimen, laws: Iterable[Wall], run: Callable[[Path], De
     reason = "both tend to the crystal's elastic limit; room for extrapolation and for measured constants"
     cubic = (_of_rung("crystal", model.elastic_constants) / limits)[[0, 2]]
     found = [
-        Check("crystal", f"K_q of long waves along {name} against the lattice", abs(ratio - 1), LONG_WAVES, 2, reason)
+        LadderCheck(
+            "crystal", f"K_q of long waves along {name} against the lattice", abs(ratio - 1), LONG_WAVES, 2, reason
+        )
         for name, ratio in zip(("<110>", "<100>"), cubic.tolist(), strict=True)
     ]
     half_space = _mean(_of_rung("half-space", model.elastic_constants)) / _mean(limits)
     what = "K_q/q against the mean of the lattice's long waves"
-    found.append(Check("half-space", what, abs(half_space - 1), LONG_WAVES, 2 * len(_DIRECTIONS), reason))
-    for wall in laws:
+    found.append(LadderCheck("half-space", what, abs(half_space - 1), LONG_WAVES, 2 * len(_DIRECTIONS), reason))
+    for name, wall in laws.items():
         measured, points = law_error(specimen, wall, run)
-        what, why = f"traction in LAMMPS under {_name(wall)}", "the same formula: rounding, and digits of the gap"
-        found.append(Check("law", what, measured, LAW, points, why))
+        what, why = f"traction in LAMMPS under {name}", "the same formula: rounding, and digits of the gap"
+        found.append(LadderCheck("law", what, measured, LAW, points, why))
     return tuple(found)
-
-
-def _name(wall: Wall) -> str:
-    return f"l_a = {wall.adhesion_length:g} a0" if isinstance(wall, LennardJonesSpline) else type(wall).__name__
 
 
 def _limits(constants: ForceConstants) -> Real:

@@ -25,7 +25,7 @@ from continuum.show.page import Page
 from continuum.units import GPA_PER_EV_PER_A3, Units, per_area
 
 LABELS = WORDS | {"half-space": "half-space, ν = 1/2", "layer": "layer, ν = 1/2", "atoms": "atoms (LAMMPS)"}
-_CHECKED = {"half-space": "half-space at long waves", "crystal": "crystal at long waves", "law": "law in LAMMPS"}
+_CHECKED = {"long waves": ("half-space", "crystal"), "law in LAMMPS": ("law",)}
 """Checks that need no other run, as the answer names them."""
 _FAILED = 4
 """Failed bounds that the answer names."""
@@ -41,7 +41,7 @@ _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 def validation_statements(stored: Archive, verdicts: Sequence[BoundVerdict]) -> list[str]:
     """The answer in at most eight lines: what was judged, the worst states, what the half-space is right to."""
     failed = [verdict for verdict in verdicts if not verdict.holds]
-    found = [judged(verdicts)]
+    found = [sentence_of(verdicts)]
     if failed:
         found += [f"FAILS: {verdict.told}" for verdict in failed[:_FAILED]]
         found += [f"and {len(failed) - _FAILED} more, in the tables"] if len(failed) > _FAILED else []
@@ -58,8 +58,8 @@ def validation_statements(stored: Archive, verdicts: Sequence[BoundVerdict]) -> 
     ]
 
 
-def judged(verdicts: Sequence[BoundVerdict]) -> str:
-    """Each step of the ladder, the total first: its worst load and what is allowed; and how many bounds hold."""
+def sentence_of(verdicts: Sequence[BoundVerdict]) -> str:
+    """Each step of the ladder, the total first: its largest load and what is allowed; and how many bounds hold."""
 
     def percent(value: float) -> str:
         return f"{100 * value:.2g} %"
@@ -67,20 +67,29 @@ def judged(verdicts: Sequence[BoundVerdict]) -> str:
     said, missing = list[str](), list[str]()
     for step in ("total", *(step for step in STEPS if step != "total")):
         of = [v for v in verdicts if v.step == step and v.quantity.startswith(("load", "gross load"))]
-        name = "half-space against atoms" if step == "total" else step
         if not of:
-            missing.append(name)
+            missing.append(step)
             continue
-        worst = max(of, key=_nearness)
-        said.append(f"{name} {percent(worst.measured * worst.scale)} of {percent(worst.limit * worst.scale)} allowed")
-    for step, name in _CHECKED.items():
-        if of := [v for v in verdicts if v.step == step]:
+        # One that fails before all that hold.
+        worst = max(of, key=lambda one: (not one.holds, _size(one)))
+        words = f"{percent(worst.measured * worst.scale)} of {percent(worst.limit * worst.scale)}"
+        said.append(f"half-space against atoms: {words} allowed" if step == "total" else f"{step} {words}")
+    for name, steps in _CHECKED.items():
+        if of := [v for v in verdicts if v.step in steps]:
             worst = max(of, key=_nearness)
             said.append(f"{name} {worst.measured:.1g} of {worst.limit:.1g}")
-    said += [f"not judged: {', '.join(missing)}"] if missing else []
+        else:
+            missing.append(name)
+    if missing:
+        said.append(f"not judged: {', '.join(missing)}".replace("total", "half-space against atoms"))
     holding = sum(verdict.holds for verdict in verdicts)
     fails = f", {len(verdicts) - holding} FAIL" if holding < len(verdicts) else ""
     return f"{'; '.join(said)}; {holding} of {len(verdicts)} bounds hold{fails}"
+
+
+def _size(verdict: BoundVerdict) -> float:
+    size = verdict.measured * verdict.scale
+    return size if np.isfinite(size) else np.inf
 
 
 def _nearness(verdict: BoundVerdict) -> float:

@@ -10,7 +10,7 @@ import pytest
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import budget, ensemble
-from atomistic.ladder.checks import Check
+from atomistic.ladder.checks import LadderCheck
 from atomistic.ladder.ensemble import RARE, Row, carried_bounds, limit, untested
 from continuum.files.inputs import load
 
@@ -132,7 +132,7 @@ def test_the_ensemble_has_eight_surfaces_of_each_crystal_and_judges_a_case_witho
         "largest_force": 1e-10 * slopes,
         "nonlinearity_load": np.array([0.2, 1.0]) * slopes, "nonlinearity_displacement": 0.5 * slopes**2,
         **{f"{step}_gross_load": np.array([0.001, 0.2 * (step == "total")]) for step in ensemble.LINEAR},
-        **{f"check_{name}": np.array([]) for name in Check._fields},
+        **{f"check_{name}": np.array([]) for name in LadderCheck._fields},
     }  # fmt: skip
     failed = [verdict for verdict in budget.bound_verdicts(config, columns) if not verdict.holds]
     where = "h' = 0.01, seed 2, A_rep/A0 = 0.1, approach"
