@@ -109,10 +109,10 @@ _FILES = {
         " unpacks that of a step, an array of 2 (repulsive), 1 (attracted) and 0 (out of range):\n\n"
         "```python\nimport continuum as c\n\n"
         'c.Result.read("results/path.h5").contact_map(1)\n```\n\n'
-        "`to_xarray()` of the same object opens the whole file with named axes; it needs the extra `xarray`: `pip"
-        " install 'stickiness[xarray]'`. `gap` and `heights` are there with `[output] fields`, `imprint` under a wall"
-        " that yields, `wall/` of a law that is a table, `events/` with"
-        " jumps, `work/` where a solve used several grids, `restart/` as long as a path can go on from it.",
+        "`to_xarray()` of the same object has points, maps and fields with named axes, and `c.sweep_maps(folder)` those"
+        " of all systems of a sweep; a map is read when it is used. `gap` and `heights` are there with `[output]"
+        " fields`, `imprint` under a wall that yields, `wall/` of a law that is a table, `events/` with jumps, `work/`"
+        " where a solve used several grids, `restart/` as long as a path can go on from it.",
     ),
     "deck": (
         "A deck that was run",

@@ -19,6 +19,7 @@ from continuum.files import store
 from continuum.files.inputs import InputFile, settings_of
 from continuum.files.output import LockedError, folder, save
 from continuum.files.provenance import provenance
+from continuum.files.store import Dataset
 from continuum.files.toml import text_of
 from continuum.model.grid import Grid
 from continuum.runs.cost import Cost, cost_of, pair_seconds, physical_memory
@@ -26,7 +27,7 @@ from continuum.sheet import Column, Sheet
 from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import Allocation, slurm_script
-from continuum.sweeps.collect import PointTable, cube_of
+from continuum.sweeps.collect import PointTable
 from continuum.sweeps.collect import SweepRun as SweepRun
 from continuum.sweeps.columns import ColumnFunction, functions_by_name
 from continuum.sweeps.crossings import Crossing, crossings_of, crossings_sheet, done_before, solve_task
@@ -228,8 +229,12 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     found = continuum.sweeps.collect.collect(root)
     Folder(place).require_tables_of_ours()
     text, cube = Folder(folder(place)).tables
-    datasets, said = cube_of(found)
-    store.write(cube, datasets, {**said, **provenance()})
+    held = found.to_xarray()
+    datasets = {
+        str(name): Dataset(one.values, tuple(map(str, one.dims)), one.attrs["units"], one.attrs["long_name"])
+        for name, one in held.variables.items()
+    }
+    store.write(cube, datasets, {**held.attrs, **provenance()})
     head, rows = found.rows()
     sheet = Sheet.of(
         found.listing.name, [f"{name} ({unit})" if unit not in ("", "1") else name for name, unit in head], rows

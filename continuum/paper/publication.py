@@ -130,14 +130,11 @@ def _paths(given: Mapping[str, object]) -> list[object]:
 
 
 def _as_netcdf(found: PointTable, cube: Path) -> None:
-    """Replace ``table.h5`` by ``table.nc``, if xarray is installed."""
-    try:
-        data = found.to_xarray()
-    except ImportError:
-        return
+    """Replace ``table.h5`` by ``table.nc``, a classic netCDF file."""
+    data = found.to_xarray()
     said = {f"written_with_{name.rpartition('/')[2]}": value for name, value in provenance().items()}
     data = data.assign_attrs({name: int(value) if isinstance(value, bool) else value for name, value in said.items()})
-    data.to_netcdf(cube.with_suffix(".nc"), engine="h5netcdf")
+    data.to_netcdf(cube.with_suffix(".nc"), engine="scipy")
     cube.unlink()
 
 

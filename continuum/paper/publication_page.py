@@ -23,7 +23,6 @@ _KEYWORDS = ["contact mechanics", "adhesion", "surface roughness", "tribology"]
 _SAID = {
     "table.csv": "all converged points, a row each",
     "table.nc": "the same with the axes of the input, as NetCDF: xarray opens it",
-    "table.h5": "the same with the axes of the input, as HDF5: xarray opens it",
     "crossings.csv": "what its searches have found, a row each",
     "sweep.toml": "the input of the sweep",
     ".zenodo.json": "metadata of this data set, as Zenodo reads them",

@@ -53,6 +53,26 @@ FLAGS = {
 """Words in datasets of points, in the order of their CF flags; new words are appended."""
 
 
+class StoredMap(NamedTuple):
+    """A dataset of the points of the grid."""
+
+    dims: tuple[str, ...]
+    units: str
+    long_name: str
+    packed: bool = False
+    """Whether a byte holds eight points along y."""
+
+
+MAPS = {
+    "repulsive": StoredMap(("step", "x", "y"), "1", "repulsive contact", packed=True),
+    "attracted": StoredMap(("step", "x", "y"), "1", "attracted area", packed=True),
+    "gap": StoredMap(("step", "x", "y"), "a0", "gap"),
+    "heights": StoredMap(("x", "y"), "a0", "height of the rigid wall"),
+    "imprint": StoredMap(("x", "y"), "a0", "depth of the imprint that the wall keeps"),
+}
+"""Datasets of the points of the grid in the file of a run; a file need not have each."""
+
+
 _RENAMED = {"turn": "threshold", "NO_TURN": "NO_THRESHOLD"}
 """Words in files of earlier versions, with those of today."""
 

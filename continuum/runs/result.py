@@ -32,7 +32,7 @@ from continuum.model.surface import Moments
 from continuum.model.walls import Wall
 from continuum.path.state import FEW_POINTS, HYSTERESIS, NEAREST, NOT_LOOKED, counts_few, not_looked_at
 from continuum.runs.config import RunConfig
-from continuum.runs.record import EVENT_DATASETS, FLAGS, PathEvent, Point, events_of, points_of
+from continuum.runs.record import EVENT_DATASETS, PathEvent, Point, events_of, points_of
 from continuum.sheet import Column, Sheet, Shown, pairs, words
 from continuum.theory import paper
 from continuum.theory.paper import ExpectedContact
@@ -252,15 +252,10 @@ class Result(Shown):
         return Sheet.of("Work of adhesion above which the surface is sticky", columns, rows, note)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Open the file with xarray: axes (step, x, y), contact maps as booleans, words as CF flags; read lazily.
+        """The run with axes (step, x, y), contact maps as booleans, and words as CF flags; maps are read when used."""
+        from continuum.runs.maps import dataset_of  # xarray takes a while to import
 
-        Raises ImportError if xarray and h5netcdf are not installed: ``pip install 'stickiness[xarray]'``.
-        """
-        try:
-            from continuum.files.labelled import open_labelled
-        except ImportError as error:
-            raise ImportError("xarray is an extra: pip install 'stickiness[xarray]'") from error
-        return open_labelled(self.path, FLAGS)
+        return dataset_of(self.path, self.points, self.attributes)
 
 
 def _jumps(events: Sequence[PathEvent]) -> Sheet:

@@ -7,8 +7,9 @@ One key of ``[sweep.axes]`` may be searched for instead: then each combination o
 
 import ast
 import itertools
+import json
 import math
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -197,6 +198,26 @@ class System:
     def config(self) -> RunConfig:
         assert self.source is not None
         return parsed(self.source.changed(self.settings), RunConfig)
+
+
+def as_cell(value: Any) -> Any:
+    """The value of a key as a cell of a table: lists and tables as text."""
+    return json.dumps(value) if isinstance(value, (list, tuple, dict)) else value
+
+
+def of_systems(axis: Axis, systems: Iterable[System]) -> Axis:
+    """An axis with those of its values only that one of the systems has."""
+    there = {json.dumps([system.settings[key] for key in axis.keys]) for system in systems}
+    return replace(axis, values=tuple(values for values in axis.values if json.dumps(values) in there))
+
+
+def places_on(axes: Sequence[Axis], systems: Iterable[System]) -> dict[str, tuple[int, ...]]:
+    """The place of each system on each axis, by its identity."""
+    known = [(axis.keys, {json.dumps(values): i for i, values in enumerate(axis.values)}) for axis in axes]
+    return {
+        system.key: tuple(places[json.dumps([system.settings[key] for key in keys])] for keys, places in known)
+        for system in systems
+    }
 
 
 def label_of(settings: Mapping[str, Any]) -> str:

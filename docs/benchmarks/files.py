@@ -30,6 +30,7 @@ ONE: dict[str, Any] = {
 }
 """One point of a small grid, of which storing is the largest part."""
 _TURNS = 20
+_FILES = 60
 
 
 def _cpu(call: Callable[[], object]) -> float:
@@ -56,7 +57,22 @@ def thin(folder: Path) -> Rows:
     ]
 
 
-MEASURED: dict[str, Callable[[Path], Rows]] = {"thin": thin}
+def maps(folder: Path) -> Rows:
+    """Maps of a sweep, from copies of one file: per file, as one dataset, read whole, and each opened by itself."""
+    done = c.sweep({**ONE, "sweep": {"axes": {"surface.seed": list(range(1, _FILES + 1))}}}, folder)
+    results = [c.Result.read(path) for path in sorted((done.folder / "points").iterdir())]
+    c.sweep_maps(done.folder)  # xarray is imported
+    opened = _cpu(lambda: c.sweep_maps(done.folder))
+    read = _cpu(lambda: c.sweep_maps(done.folder)["repulsive"].load())
+    each = _cpu(lambda: [result.to_xarray()["repulsive"].load() for result in results])
+    return [
+        (f"maps of {_FILES} systems as one dataset, CPU time a file", f"{1e3 * opened / _FILES:.2f} ms"),
+        ("with one map of each read", f"{1e3 * read / _FILES:.2f} ms"),
+        ("`Result.to_xarray` with a map read, a file", f"{1e3 * each / _FILES:.2f} ms"),
+    ]
+
+
+MEASURED: dict[str, Callable[[Path], Rows]] = {"thin": thin, "maps": maps}
 
 
 def main(names: list[str]) -> None:

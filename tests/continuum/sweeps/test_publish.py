@@ -158,16 +158,6 @@ def test_both_tables_have_all_points(root: Path, place: Path) -> None:
     assert (place / "sweep.toml").read_bytes() == (root / "sweep.toml").read_bytes()
 
 
-@pytest.mark.usefixtures("no_figures")
-def test_without_xarray_the_table_is_hdf5(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "xarray", None)
-    done = sweep_publish(root, tmp_path / "out", creators=["Doe, Jane"])
-    assert (tmp_path / "out" / "table.h5") in done.files
-    names = {"index.html", "table.csv", "table.h5", "sweep.toml", ".zenodo.json", "SHA256SUMS"}
-    assert {path.name for path in (tmp_path / "out").iterdir()} == names
-    assert 'href="table.h5"' in (tmp_path / "out" / "index.html").read_text()
-
-
 @pytest.mark.usefixtures("no_figures", "no_netcdf")
 def test_a_folder_of_others_is_refused_in_one_message(
     root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

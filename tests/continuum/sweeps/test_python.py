@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import shutil
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 
 import continuum as c
 from continuum.arguments import ArgumentError
+from continuum.files import labelled
 from continuum.files.inputs import source_of
 from continuum.sweeps.collect import PointTable
 
@@ -27,6 +29,7 @@ RUN: dict[str, Any] = {
     "loading": {"control": "repulsive-area", "targets": [0.15, 0.3]},
 }
 AXES = {"surface.seed": [1, 2, 3], "wall.adhesion_length": [0.0, 0.005]}
+AXES_SHORT = ["seed", "adhesion_length"]
 SWEEP = {**RUN, "sweep": {"axes": AXES}}
 
 
@@ -113,6 +116,50 @@ def test_pandas_and_xarray_have_what_the_files_have(table: PointTable, done: Any
     with xarray.open_dataset(tmp_path / "table.h5", engine="h5netcdf") as stored:
         xarray.testing.assert_equal(cube, stored)
         assert cube.attrs.items() <= stored.attrs.items()
+
+
+def test_maps_of_all_systems_are_read_where_they_are_used(
+    done: Any, table: PointTable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each kind of index gives what the same index gives of the whole, which is what each file has."""
+    maps, opened = c.sweep_maps(done.folder), list[Path]()
+    assert maps["repulsive"].dims == ("seed", "adhesion_length", "step", "x", "y")
+    assert maps["repulsive"].dtype == bool
+    whole = maps["repulsive"].values
+    for system in table.listing.systems:
+        result, seed = c.Result.read(done.folder / "points" / f"{system.key[:24]}.h5"), system.settings["surface.seed"]
+        one = maps.sel(seed=seed, adhesion_length=system.settings["wall.adhesion_length"])
+        for step in range(2):
+            np.testing.assert_array_equal(one["repulsive"].isel(step=step), result.repulsive(step))
+            np.testing.assert_array_equal(one["attracted"].isel(step=step), result.contact_map(step) == 1)
+        xarray.testing.assert_identical(
+            one["repulsive"].drop_vars(AXES_SHORT), result.to_xarray()["repulsive"].drop_vars("step")
+        )
+    real = labelled.opened
+    monkeypatch.setattr(labelled, "opened", lambda path: (opened.append(path), real(path))[1])
+    for key in (
+        (1, 0, slice(None), 3, slice(5, 29, 3)),
+        ([2, 0], slice(1, None), -1, slice(30, 2, -4), [1, 39, 8]),
+        (0, [1], [1, 0], slice(4, 4), 7),
+    ):
+        there = maps["repulsive"][key].values
+        np.testing.assert_array_equal(there, labelled._along_each(whole, key))
+    assert [*map(len, (opened, {*opened}))] == [1 + 2 + 1, 3]  # one of them twice
+    assert list(c.sweep_maps(done.folder, where={"wall.adhesion_length": 0.005})["adhesion_length"]) == [0.005]
+
+
+def test_maps_of_systems_that_are_not_there_are_missing(done: Any, tmp_path: Path) -> None:
+    shutil.copytree(done.folder, tmp_path / "copy")
+    lost, damaged = sorted((tmp_path / "copy" / "points").iterdir())[:2]
+    lost.unlink()
+    maps = c.sweep_maps(tmp_path / "copy")
+    assert maps.attrs["systems_missing"] == 1
+    assert int(np.isnan(maps["repulsive"]).all(("step", "x", "y")).sum()) == 1
+    shutil.copy(c.run({**RUN, "grid": {"n": 40}}, tmp_path).path, damaged)
+    with pytest.raises(c.StoreError, match="of this grid"):
+        c.sweep_maps(tmp_path / "copy")["repulsive"].load()
+    with pytest.raises(ArgumentError, match="surface"):
+        c.sweep_maps(done.folder, where={"surface.hurst": 0.8})
 
 
 def test_means_are_over_surfaces_and_have_no_seed(table: PointTable, done: Any) -> None:
