@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from pandas import DataFrame, concat, read_csv
+from pandas import DataFrame, Series, concat, read_csv
 
 from docs.studies import (
     bandwidth,
@@ -159,6 +159,48 @@ def _missed() -> str:
     numbers = r"(\d+) sticky and predicted", r"(\d+) sticky but not predicted"
     found, missed = (int(_claim("figure4-1024", claim, number)) for number in numbers)
     return f"{missed} of {found + missed}"
+
+
+def _table(number: int) -> DataFrame:
+    """A table of the study of the contact geometry; of values with a scatter the value."""
+    rows = read_csv(KEPT[f"geometry-{number}"])
+    return rows.map(lambda cell: float(cell.partition(" ±")[0]) if " ±" in str(cell) else cell)
+
+
+def _hertz(column: str) -> Series:
+    """Relative error of the area of Hertz contacts, by radius in cells."""
+    return _table(2).set_index("a/a0")[column] - 1
+
+
+def _discs() -> float:
+    """Largest relative error of stepped perimeter and chord, of discs with a radius of at least 8 cells."""
+    rows = _table(1)
+    return float((rows[rows["R/a0"] >= 8][["P, edges", "chord"]] - 1).abs().max(axis=None))
+
+
+def _narrow() -> float:
+    """Largest deficit of P chord below π A_rep."""
+    return 1 - min(float(span.partition(" - ")[0]) for span in _table(3)["P chord/(π A_rep)"])
+
+
+_SAID = {
+    "maps.corrected": ("maps", r"the answer of the clean map within a factor of ([\d.]+)"),
+    "maps.hurst": ("maps", r"the fitted H was right within ([\d.]+\d)"),
+    "maps.lines": ("maps", r"were right within (\d+ %) from 30 lines"),
+    "maps.line": ("maps", r"from 30 lines, and to about (\d+ %) from one"),
+    "maps.continued": ("maps", r"the continued slope was right within (\d+ %)"),
+    "geometry.wide": ("geometry", r"exceeds 10 a0 the ratio is 1 within (\d+ %)"),
+    "substrates.hard": ("verification", r"of a solve are (\d+) times those of a periodic surface"),
+    "substrates.law": ("verification", r"under a hard wall, and ([\d.]+ to \d+) times"),
+    "substrates.digits": ("verification", r"K_q is right to (1e-\d+)"),
+}
+"""Numbers that the text of a study states, each by its page and the words before or after it."""
+
+
+def _said(page: str, words: str) -> str:
+    text = " ".join((DOCS / "studies" / f"{page}.md").read_text(encoding="utf-8").split())
+    (found,) = re.findall(words, text)
+    return str(found)
 
 
 def _power(sweep: str) -> str:
@@ -339,6 +381,12 @@ MADE: dict[str, Callable[[], str]] = {
         "the gap outside a contact is that of Eq. (S-1), x^(3/2), where it reaches the range",
         r": ([\d.]+ ± [\d.]+)",
     ),
+    **{name: lambda asked=asked: _said(*asked) for name, asked in _SAID.items()},
+    "geometry.discs": lambda: f"{100 * _discs():.1f} %",
+    "geometry.hertz-2": lambda: f"{100 * _hertz('cells')[2]:.0f} %",
+    "geometry.hertz-8": lambda: f"{100 * _hertz('cells')[8]:.0f} %",
+    "geometry.corrected": lambda: f"{100 * _hertz('corrected').abs().max():.0f} %",
+    "geometry.narrow": lambda: f"{100 * _narrow():.0f} %",
     **{f"law.period-{count}": lambda count=count: str(_period(count)) for count in (16, 2, 1)},
     **{f"one_state.{name}": lambda name=name: _one_state(name) for name in ("count", "inside", "scatter")},
     **{
