@@ -161,26 +161,43 @@ def _missed() -> str:
     return f"{missed} of {found + missed}"
 
 
-def _table(number: int) -> DataFrame:
-    """A table of the study of the contact geometry; of values with a scatter the value."""
-    rows = read_csv(KEPT[f"geometry-{number}"])
-    return rows.map(lambda cell: float(cell.partition(" ±")[0]) if " ±" in str(cell) else cell)
+def _table(name: str) -> DataFrame:
+    """A kept table; numbers without their scatter, percentages as numbers."""
+
+    def value(cell: object) -> object:
+        found = re.fullmatch(r"([+-]?[\d.]+)(?: ±.*| %)", str(cell))
+        return float(found[1]) if found else cell
+
+    return read_csv(KEPT[name]).map(value)
 
 
 def _hertz(column: str) -> Series:
     """Relative error of the area of Hertz contacts, by radius in cells."""
-    return _table(2).set_index("a/a0")[column] - 1
+    return _table("geometry-2").set_index("a/a0")[column] - 1
 
 
 def _discs() -> float:
     """Largest relative error of stepped perimeter and chord, of discs with a radius of at least 8 cells."""
-    rows = _table(1)
+    rows = _table("geometry-1")
     return float((rows[rows["R/a0"] >= 8][["P, edges", "chord"]] - 1).abs().max(axis=None))
 
 
 def _narrow() -> float:
     """Largest deficit of P chord below π A_rep."""
-    return 1 - min(float(span.partition(" - ")[0]) for span in _table(3)["P chord/(π A_rep)"])
+    return 1 - min(float(span.partition(" - ")[0]) for span in _table("geometry-3")["P chord/(π A_rep)"])
+
+
+def _classical(column: str) -> float:
+    """Largest difference, in per cent, between classical contacts and atoms, 64 a side."""
+    rows = _table("contacts_of_atoms")
+    return float(rows[rows["atoms a side"] == 64][column].abs().max())
+
+
+def _warm() -> str:
+    """Least and largest difference of the load of warm atoms from theory, over it."""
+    rows = _table("warm_sphere")
+    found = 100 * (rows["N/A0, atoms (E*)"] / rows["theory at 300 K"] - 1).abs()
+    return f"{found.min():.1f} to {found.max():.1f} %"
 
 
 _SAID = {
@@ -190,6 +207,12 @@ _SAID = {
     "maps.line": ("maps", r"from 30 lines, and to about (\d+ %) from one"),
     "maps.continued": ("maps", r"the continued slope was right within (\d+ %)"),
     "geometry.wide": ("geometry", r"exceeds 10 a0 the ratio is 1 within (\d+ %)"),
+    "paths.steps": ("paths", r"With steps of a fifth (\w+ of \d+ states are off by [\d and]+ %)"),
+    "paths.yield": ("paths", r"plastic system finds the same points in contact and tractions within (\S+) E\*"),
+    "paths.load": ("paths", r"carry a mean load of (\S+) E\*"),
+    "paths.scatter": ("paths", r"with a standard deviation of (\S+) E\*"),
+    "gradients.differences": ("verification", r"Finite differences agree to (1e-\d+)"),
+    "gradients.removed": ("verification", r"taking off a mean of (\S+) a0 makes it stick"),
     "substrates.hard": ("verification", r"of a solve are (\d+) times those of a periodic surface"),
     "substrates.law": ("verification", r"under a hard wall, and ([\d.]+ to \d+) times"),
     "substrates.digits": ("verification", r"K_q is right to (1e-\d+)"),
@@ -382,6 +405,9 @@ MADE: dict[str, Callable[[], str]] = {
         r": ([\d.]+ ± [\d.]+)",
     ),
     **{name: lambda asked=asked: _said(*asked) for name, asked in _SAID.items()},
+    "trust.peak": lambda: f"{_classical('theory: peak'):.0f} %",
+    "trust.lattice": lambda: f"{_classical('lattice: load'):.2f} %",
+    "trust.warm": _warm,
     "geometry.discs": lambda: f"{100 * _discs():.1f} %",
     "geometry.hertz-2": lambda: f"{100 * _hertz('cells')[2]:.0f} %",
     "geometry.hertz-8": lambda: f"{100 * _hertz('cells')[8]:.0f} %",
