@@ -30,6 +30,7 @@ from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
 from continuum.path.state import Search
 from continuum.path.threshold import PressedState
+from continuum.path.threshold_search import WallOfWork
 from docs.studies.one_state import (
     CORE,
     HEIGHT,
@@ -51,6 +52,8 @@ N, SEEDS, FACTORS = 256, (61, 62), (0.7, 1.5, 3.0)
 SHAPES = "spline", "exponential", "paper"
 DELTAS = 0.5, 1.5
 """Short and long range, in rms heights of the fine roughness."""
+KEY = "kind", "seed", "shape", "delta", "factor"
+"""Columns that name a loop."""
 DOWN, UP = 30, 26
 """States of a loop, on approach and on retraction."""
 
@@ -159,10 +162,8 @@ def snapping(state: PressedState, wall: Wall) -> float:
     return float(linalg.eigsh(operator, 1, which="LA", tol=1e-2, ncv=8, v0=start, return_eigenvectors=False)[0])
 
 
-def curve_of(
-    series: PressedSeries, case: Case
-) -> tuple[Callable[[float], AdhesionCurve], Callable[[float], Wall], float]:
-    """The curve and the law of each work, and the threshold at 1 % of the area."""
+def law_of(series: PressedSeries, case: Case) -> tuple[WallOfWork, float]:
+    """The law of each work, with a range that the pixels resolve at three times the threshold, which is the other."""
     scale = min(1.0, float(series.heights.std()) / HEIGHT)
     reach = case.delta * HEIGHT * max(scale, 0.2)
     while True:
@@ -173,21 +174,19 @@ def curve_of(
         if case.shape == "paper" or 3 * work <= RESOLVED * reach**2 or reach > 4 * HEIGHT:
             break
         reach *= 1.3
-    if case.shape == "paper":
-        return lambda work: series.curve(wall_of(work)), wall_of, work
-    only = series.curve(wall_of(1e-6))
-    at_one = float(only.at([0.01]).thresholds()[0])
-    return lambda work: only, wall_of, at_one if np.isfinite(at_one) else work
+    at_one = float(series.curve(wall_of(work)).at([0.01]).thresholds()[0])
+    return wall_of, at_one if np.isfinite(at_one) else work
 
 
-def row(case: Case, factor: float) -> tuple[dict[str, float], list[tuple[float, float, float]]]:
-    """The numbers of one loop, predicted and solved, and its points."""
-    core = LennardJonesSpline(0.1).minimum_stiffness if case.shape == "paper" else CORE
-    contact, series = pressed(case.kind, case.seed, core)
-    curve_for, wall_of, threshold = curve_of(series, case)
-    work = factor * threshold
-    curve, wall = curve_for(work), wall_of(work)
-    least, dense = curve.least(work), curve.dense
+def core_of(case: Case) -> float:
+    """Stiffness of the law where it repels."""
+    return LennardJonesSpline(0.1).minimum_stiffness if case.shape == "paper" else CORE
+
+
+def predicted(series: PressedSeries, curve: AdhesionCurve, wall: Wall, threshold: float) -> dict[str, float]:
+    """The numbers of one work, from states without adhesion."""
+    work = wall.work_of_adhesion
+    least = curve.least(work)
     near = min(series.states, key=lambda one: abs(np.log(one.area_rep / max(least.area, curve.areas[0]))))
     at_least = curve.at([max(least.area, curve.areas[0])])
     zero, (sphere, whole) = curve.at_load(work, 0.0), curve.tension_on_sphere(work)
@@ -206,9 +205,30 @@ def row(case: Case, factor: float) -> tuple[dict[str, float], list[tuple[float, 
             f"quadratic_{percent}": float((there.load + there.first * work + there.second * work**2)[0]),
             f"x_{percent}": float(there.x(work)[0]), f"patches_{percent}": float(there.patches[0]),
         }  # fmt: skip
+    return said
+
+
+def row(case: Case, factor: float) -> tuple[dict[str, float], list[tuple[float, float, float]]]:
+    """The numbers of one loop, predicted and solved, and its points."""
+    contact, series = pressed(case.kind, case.seed, core_of(case))
+    wall_of, threshold = law_of(series, case)
+    wall = wall_of(factor * threshold)
+    curve = series.curve(wall)
+    said = predicted(series, curve, wall, threshold)
     began = time.process_time()
-    points, converged = loop(contact, wall, float(curve.gaps_apart[0]), float(dense.gaps(work)[-1]))
-    return said | solved(points) | {"converged": converged, "seconds": time.process_time() - began}, points
+    end = float(curve.dense.gaps(wall.work_of_adhesion)[-1])
+    points, converged = loop(contact, wall, float(curve.gaps_apart[0]), end)
+    return said | solved(points, curve) | {"converged": converged, "seconds": time.process_time() - began}, points
+
+
+def again(one: Mapping[str, str], points: list[tuple[float, float, float]]) -> dict[str, float]:
+    """The numbers of a stored loop, predicted anew, at its work and range."""
+    case = Case(one["kind"], int(one["seed"]), one["shape"], float(one["delta"]))
+    _, series = pressed(case.kind, case.seed, core_of(case))
+    wall = law(case.shape, float(one["range"]))(float(one["work"]))
+    curve = series.curve(wall)
+    said = predicted(series, curve, wall, float(one["threshold"])) | solved(points, curve)
+    return said | {name: float(one[name]) for name in ("converged", "seconds")}
 
 
 def loop(contact: c.Contact, wall: Wall, touch: float, end: float) -> tuple[list[tuple[float, float, float]], float]:
@@ -226,8 +246,11 @@ def loop(contact: c.Contact, wall: Wall, touch: float, end: float) -> tuple[list
     return found, good / len(found)
 
 
-def solved(points: list[tuple[float, float, float]]) -> dict[str, float]:
-    """What the points of a loop say."""
+def solved(points: list[tuple[float, float, float]], curve: AdhesionCurve) -> dict[str, float]:
+    """What the points of a loop say.
+
+    Between its points the attraction, the load without adhesion less the load, is interpolated: the load itself bends.
+    """
     gap, load, area = np.array(points).T
     down, up = slice(0, DOWN), slice(DOWN - 1, None)
     lowest = int(np.argmin(load[down]))
@@ -241,13 +264,16 @@ def solved(points: list[tuple[float, float, float]]) -> dict[str, float]:
     # Both branches over the gaps of the way back, the approach interpolated; beyond it they are one.
     between = np.interp(gap[up], gap[down][::-1], load[down][::-1], right=0.0)
     says["solved_lost"] = float(np.trapezoid(between - load[up], gap[up]))
-    touching = np.flatnonzero(area[down] > 0)
-    known, loads = np.log(area[down][touching]), load[down][touching]
-    rising = np.concatenate([[True], np.diff(known) > 0])
+    touching = np.flatnonzero((area[down] >= curve.areas[0]) & (area[down] <= curve.areas[-1]))
+    touching = touching[np.diff(area[down][touching], prepend=0.0) > 0]
+    attraction = curve.at(area[down][touching]).load - load[down][touching] if touching.size else np.empty(0)
     for percent in (1, 5):
-        at = np.log(percent / 100)
-        inside = known.size > 1 and known[0] <= at <= known[-1]
-        says[f"solved_N_{percent}"] = float(np.interp(at, known[rising], loads[rising])) if inside else np.nan
+        there = np.log(percent / 100)
+        known = np.log(area[down][touching])
+        says[f"solved_N_{percent}"] = np.nan
+        if known.size > 1 and known[0] <= there <= known[-1]:
+            free = float(curve.at([percent / 100]).load[0])
+            says[f"solved_N_{percent}"] = free - float(np.interp(there, known, attraction))
     crossing = np.flatnonzero((load[down][:-1] < 0) & (load[down][1:] >= 0) & (area[down][1:] > 0))
     says["solved_zero_area"] = np.nan
     if crossing.size:
@@ -257,8 +283,27 @@ def solved(points: list[tuple[float, float, float]]) -> dict[str, float]:
     return says
 
 
+def remade() -> None:
+    """Predict all stored loops anew."""
+    with FILE.open(newline="") as file:
+        stored = list(csv.DictReader(file))
+    with POINTS.open(newline="") as file:
+        loops: dict[tuple[str, ...], list[tuple[float, float, float]]] = {}
+        for one in csv.DictReader(file):
+            values = float(one["mean_gap"]), float(one["load"]), float(one["area_rep"])
+            loops.setdefault(tuple(one[name] for name in KEY), []).append(values)
+    FILE.unlink()
+    for one in stored:
+        key = {name: one[name] for name in KEY}
+        said = again(one, loops[tuple(key.values())])
+        add(FILE, [{**key, **{name: f"{value:.6g}" for name, value in said.items()}}])
+
+
 def main() -> None:
-    """Add the loops that are missing."""
+    """Add the loops that are missing; with ``--again`` predict the stored ones anew."""
+    if sys.argv[1:] == ["--again"]:
+        remade()
+        return
     known = set()
     if FILE.exists():
         with FILE.open(newline="") as file:
