@@ -20,7 +20,8 @@ from typing import Any, Literal, NamedTuple
 from continuum import units
 from continuum.arguments import ArgumentError, number
 
-Kind = Literal["modulus", "work", "range", "spacing", "thickness", "probe", "tip", "wavelength", "pixel", "height"]
+Kind = Literal["modulus", "work", "range", "spacing", "thickness", "probe", "tip", "wavelength", "pixel", "height",
+               "load", "force"]  # fmt: skip
 
 
 class Bounds(NamedTuple):
@@ -45,6 +46,10 @@ POSSIBLE: Mapping[Kind, Bounds] = {
     "thickness": Bounds("length", 1e-10, 1e-2, "coating", "50nm"),
     # From a sharp tip to a lens.
     "probe": Bounds("length", 1e-9, 1.0, "probe", "10um"),
+    # From the weight of a film to the hardness of diamond.
+    "load": Bounds("pressure", 1e-3, 2e11, "contact", "1MPa"),
+    # From a bond to a press.
+    "force": Bounds("force", 1e-12, 1e9, "contact", "1mN"),
     # From an atom to the ball of a profilometer.
     "tip": Bounds("length", 1e-10, 1e-1, "tip", "10nm"),
     "wavelength": Bounds("length", 1e-12, 1e3, "map", "100nm"),

@@ -86,6 +86,8 @@ def predict(
     range: str | None = None,
     spacing: str | None = None,
     probe: str | None = None,
+    pressure: str | None = None,
+    load: str | None = None,
     coating: str | None = None,
     solve: bool | None = None,
     threads: int = 1,
@@ -103,8 +105,8 @@ def predict(
     size, unit, dataset, part, join, periodic, override_size, detrend, fill, void, crop, cutoff, tip, smallest : as the
         keys of ``[topography]`` in an input, in their units; an array needs size and unit.  For two maps give one text
         for both, or one for each, where ``"-"`` leaves it to the file.
-    material, modulus, poisson, contact_modulus, work, range, spacing, probe, coating : as the keys of ``[interface]``
-        in an input, in their units.
+    material, modulus, poisson, contact_modulus, work, range, spacing, probe, pressure, load, coating : as the keys of
+        ``[interface]`` in an input, in their units.
     solve : whether to search for the threshold with adhesion, after the state without adhesion that estimates it.  By
         default only where that does not decide, and about a minute is expected to do; False never does.
     threads : threads of the solver.

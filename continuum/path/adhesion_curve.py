@@ -122,20 +122,26 @@ class AdhesionCurve:
 
     def x(self, work: float) -> Real:
         """Relative loss x = -c2 w/c1 of the attraction at each state, as it opens the gaps."""
-        return np.asarray(-self.second * work / self.first)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = -self.second * work / self.first
+        return np.asarray(np.where(self.first < 0, found, 0.0))
 
     def at(self, areas: Real | Sequence[float]) -> "AdhesionCurve":
         """The curve at other areas, between its states: interpolated in the logarithms of area and load."""
         given, known = np.log(np.asarray(areas, dtype=np.float64)), np.log(self.areas)
 
         def between(values: Real, power: bool = False) -> Real:
+            # At few points an attraction may be none, or a repulsion.
+            power = power and bool(np.all(values > 0))
             found: Real = np.interp(given, known, np.log(values) if power else values)
             return np.exp(found) if power else found
+
+        ratio = np.divide(self.second, self.first, out=np.zeros_like(self.first), where=self.first < 0)
 
         first = -between(-self.first, power=True)
         return replace(
             self, areas=np.exp(given), load=between(self.load, power=True), mean_gap=between(self.mean_gap),
-            first=first, second=between(self.second / self.first) * first, withdrawal=between(self.withdrawal),
+            first=first, second=between(ratio) * first, withdrawal=between(self.withdrawal),
             moved=between(self.moved), patches=between(self.patches),
         )  # fmt: skip
 
@@ -154,10 +160,11 @@ class AdhesionCurve:
 
     def thresholds(self) -> Real:
         """The work of adhesion at which the load vanishes at each area: w1/(1 - χ); infinite where there is none."""
-        first = -self.load / self.first
-        chi = -self.second * first / self.first
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.where(chi > 0, np.where(chi < 1, first / np.maximum(1 - chi, 0), np.inf), first))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            first = -self.load / self.first
+            chi = self.x(1.0) * first
+            found = np.where(chi > 0, np.where(chi < 1, first / np.maximum(1 - chi, 0), np.inf), first)
+        return np.asarray(np.where(self.first < 0, found, np.inf))
 
     def whole(self, work: float) -> tuple[Real, Real, Real]:
         """Mean gaps, loads and areas from far away to the last state."""

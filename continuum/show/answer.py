@@ -8,6 +8,7 @@ from continuum import units
 from continuum.model.fourier import Real
 from continuum.show.prediction_data import remedy_options
 from continuum.sticky import criteria
+from continuum.sticky.adhesion import CurvePoint
 from continuum.sticky.prediction import PredictionNumbers
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.threshold import Basis, MapThreshold
@@ -29,16 +30,18 @@ WIDE = 2.0
 
 
 def statements(prediction: PredictionNumbers) -> list[str]:
-    """The answer, one line each without a full stop: at most seven, as the terminal adds where the files are.
+    """The answer, one line each without a full stop: at most nine, as the terminal adds where the files are.
 
-    They are: sticky or not, and how sure; w and its threshold; what would change the answer; the pull-off force of a
-    probe if one is given; faults of the maps with what to do.
+    They are: sticky or not, and how sure; w and its threshold; that of the surface; what would change the answer; the
+    pull-off stress; area and gap at a load, and the pull-off force of a probe, if they are asked for; faults of the
+    maps with what to do.
     """
     probe, threshold = prediction.probe, prediction.threshold
     found = [_answer(prediction)]
     if threshold is not None and threshold.work > 0:
         found += [_threshold(prediction, threshold), _surface(prediction, threshold), _change(prediction, threshold)]
-    found += ["" if probe is None else _probe(prediction, probe), _faults(prediction)]
+    found += [_held(prediction), _loaded(prediction), "" if probe is None else _probe(prediction, probe)]
+    found.append(_faults(prediction))
     return [line for line in found if line]
 
 
@@ -121,6 +124,38 @@ def _change(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
     return f"{it} would {'not ' if answer == 'sticky' else ''}be sticky with {listed}"
 
 
+def _held(prediction: PredictionNumbers) -> str:
+    """The pull-off stress, and what touches without load."""
+    found = prediction.adhesion
+    if found is None:
+        return ""
+    pull = found.pull_off
+    at = f"at {per_cent(pull.area)} contact" if pull.area else "before it touches"
+    said = f"Pull-off stress: {'at least ' if pull.doubt else ''}{pressure(-pull.pressure)}, {at}"
+    return said + ("" if found.unloaded is None else f"; without load {_state(found.unloaded)}")
+
+
+def _loaded(prediction: PredictionNumbers) -> str:
+    """Area and gap at the given load."""
+    found, given = prediction.adhesion, prediction.pressure
+    if found is None or given is None:
+        return ""
+    if found.loaded is None:
+        return f"At {pressure(given)} more of the area touches than the curve has"
+    alone = "" if found.alone is None else f" (without adhesion {_state(found.alone)})"
+    return f"At {pressure(given)} {_state(found.loaded)}{alone}"
+
+
+def _state(point: CurvePoint) -> str:
+    """Area and mean gap of a state."""
+    return f"{per_cent(point.area)} touch at a mean gap of {length(point.gap)}"
+
+
+def per_cent(value: float) -> str:
+    """A part of an area in per cent."""
+    return f"{100 * value:.2g} %"
+
+
 def _range_and_heights(threshold: MapThreshold, work: float, reach: float) -> tuple[float | None, float | None]:
     """The range of attraction, and the factor of all heights, with which the threshold would be this work.
 
@@ -171,6 +206,10 @@ def _faults(prediction: PredictionNumbers) -> str:
 
 def _probe(prediction: PredictionNumbers, probe: ProbePullOff) -> str:
     start = f"Pull-off force of a probe of radius {length(probe.radius)}: "
+    if probe.by_curve is not None:
+        adhesion = prediction.adhesion
+        more = adhesion is not None and adhesion.pull_off.doubt
+        return start + f"{'at least ' if more else ''}{force(probe.by_curve)}"
     if probe.least is not None:
         interval = " to ".join(dict.fromkeys((force(probe.least), force(probe.most))))
         return start + interval + ("" if probe.rim is None else f"; before full contact below {force(probe.rim)}")

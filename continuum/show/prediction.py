@@ -8,9 +8,9 @@ import numpy as np
 from continuum.model.surface import Moments
 from continuum.sheet import Column, Entry, Sheet, pairs
 from continuum.show import plot
-from continuum.show.answer import HOW, force, length, per_area, pressure, statements
+from continuum.show.answer import HOW, force, length, per_area, per_cent, pressure, statements
 from continuum.show.page import Page
-from continuum.show.prediction_data import areal
+from continuum.show.prediction_data import areal, load_works
 from continuum.show.prediction_figures import fault_figure, overview
 from continuum.sticky.prediction import PredictionNumbers
 from continuum.sticky.probe import ProbePullOff
@@ -18,6 +18,9 @@ from continuum.sticky.threshold import MapThreshold
 from continuum.theory import paper
 from continuum.topography.map import Topography
 from continuum.topography.roughness import spectrum
+
+_ROWS = 12
+"""Rows of the table of a curve."""
 
 
 def reading_order(sheets: list[Sheet]) -> list[Sheet]:
@@ -29,6 +32,7 @@ def prediction_sheets(prediction: PredictionNumbers) -> list[Sheet]:
     """All results as tables."""
     inputs = [_surfaces(prediction), _moments(prediction), _contact(prediction)]
     found = [] if prediction.threshold is None else _threshold(prediction, prediction.threshold)
+    found += _adhesion(prediction)
     probe = [] if prediction.probe is None else [_probe(prediction.probe)]
     numbers = [_theories(prediction), *map(_density, prediction.topographies)]
     return [*inputs, *found, *probe, *numbers]
@@ -64,6 +68,32 @@ def _threshold(prediction: PredictionNumbers, found: MapThreshold) -> list[Sheet
     cells = [(length(one.range), *(Column("").text(1e3 * x) for x in one[1:4])) for one in found.curve]
     curve = [Sheet.of("Threshold against the range of attraction", columns, cells)] if cells else []
     return [pairs("Threshold", rows), *curve]
+
+
+def _adhesion(prediction: PredictionNumbers) -> list[Sheet]:
+    """What the adhesion curve tells, and the curve."""
+    said, found = prediction.adhesion, prediction.threshold
+    curve = None if found is None else found.adhesion
+    if said is None or found is None or curve is None:
+        return []
+    points = {"largest tension on approach": said.pull_off, "without load": said.unloaded, "at the load": said.loaded,
+              "at the load, without adhesion": said.alone}  # fmt: skip
+    rows = [
+        (name, pressure(one.pressure), per_cent(one.area), length(one.gap), one.doubt or "-")
+        for name, one in points.items()
+        if one is not None
+    ]
+    works = load_works(prediction, found)
+    areas = curve.pressures(0.0)[0]
+    chosen = np.unique(np.linspace(0, areas.size - 1, _ROWS).astype(int))
+    loads = {name: curve.pressures(works[name])[1] for name in ("w", "w_c", "none")}
+    gaps = curve.gaps(works["w"])
+    cells = [(per_cent(areas[i]), *(pressure(each[i]) for each in loads.values()), length(gaps[i])) for i in chosen]
+    head = ("area", "pressure with w", "with w_c", "without adhesion", "mean gap with w")
+    return [
+        Sheet.of("Contact under adhesion, on approach", ("state", "mean pressure", "area", "mean gap", "doubt"), rows),
+        Sheet.of("Load against area", head, cells),
+    ]
 
 
 def _surfaces(prediction: PredictionNumbers) -> Sheet:
@@ -184,6 +214,8 @@ def _probe(probe: ProbePullOff) -> Sheet:
         ("pull-off force with w - U", "-" if probe.least is None else force(probe.least)),
         ("pull-off force with w, over Δr + h_rms", force(probe.most)),
     ]
+    if probe.by_curve is not None:
+        rows.append(("pull-off force by the adhesion curve", force(probe.by_curve)))
     if probe.rim is not None:
         rows.append(("largest with at most 1 % in contact, 2π R w (A_rep + A_att)/A0", force(probe.rim)))
     return pairs("Pull-off force of the probe", rows)

@@ -28,6 +28,7 @@ def row(prediction: PredictionNumbers) -> dict[str, str | float | None]:
         "work_of_adhesion_J/m2": contact.work_of_adhesion,
         "w/w_c": verdict.factor,
         **_threshold(prediction.threshold),
+        **_adhesion(prediction),
         "w_c as measured_J/m2": None if measured is None else measured.work,
         "faults": "; ".join(fault.kind for fault in prediction.faults),
         "rms_height_m": contact.rms_height,
@@ -43,6 +44,7 @@ def row(prediction: PredictionNumbers) -> dict[str, str | float | None]:
     if (probe := prediction.probe) is not None:
         found |= {"probe: pull-off with w - U_N": probe.least, "probe: pull-off with w_N": probe.most}
         found["probe: largest with 1 % in contact_N"] = probe.rim
+        found["probe: pull-off by the curve_N"] = probe.by_curve
     return found
 
 
@@ -55,6 +57,45 @@ def _threshold(threshold: MapThreshold | None) -> dict[str, str | float | None]:
         **{f"w_c of the surface, {end}_J/m2": None if math.isnan(value) else value
            for end, value in zip(("low", "high"), threshold.of_surface, strict=True)},
     }  # fmt: skip
+
+
+def _adhesion(prediction: PredictionNumbers) -> dict[str, str | float | None]:
+    """Pull-off stress, and area and gap without load and at the given one."""
+    found = prediction.adhesion
+    if found is None:
+        return {}
+    row: dict[str, str | float | None] = {
+        "pull-off stress_Pa": -found.pull_off.pressure, "pull-off: why at least": found.pull_off.doubt,
+    }  # fmt: skip
+    for name, point in (("without load", found.unloaded), ("at the load", found.loaded),
+                        ("at the load without adhesion", found.alone)):  # fmt: skip
+        if point is not None:
+            row |= {f"area {name}": point.area, f"mean gap {name}_m": point.gap}
+    return row | ({} if prediction.pressure is None else {"pressure_Pa": prediction.pressure})
+
+
+def _load_curve(prediction: PredictionNumbers) -> dict[str, Any] | None:
+    """Mean pressures and gaps against the area: at w with the interval of w_c, at w_c, and without adhesion."""
+    found = prediction.threshold
+    curve = None if found is None else found.adhesion
+    if found is None or curve is None:
+        return None
+    works = load_works(prediction, found)
+    return {
+        "area": curve.pressures(0.0)[0].tolist(),
+        "pressure_Pa": {name: curve.pressures(work)[1].tolist() for name, work in works.items()},
+        "mean_gap_m": {name: curve.gaps(work).tolist() for name, work in works.items()},
+    }
+
+
+def load_works(prediction: PredictionNumbers, found: MapThreshold) -> dict[str, float]:
+    """Works of adhesion of the curves that are shown, by their names.
+
+    An error of w_c is one of the attraction: it is that of the curve of w times w_c over the ends of its interval.
+    """
+    work = prediction.contact.work_of_adhesion
+    return {"w": work, "w low": work * found.work / found.high, "w high": work * found.work / found.low,
+            "w_c": found.work, "none": 0.0}  # fmt: skip
 
 
 def areal(prediction: PredictionNumbers) -> dict[str, float]:
@@ -104,6 +145,7 @@ def as_json(prediction: PredictionNumbers) -> str:
         "verdict": {"answer": prediction.verdict.answer, "factor": prediction.verdict.factor,
                     "why": prediction.verdict.why},
         "row": row(prediction),
+        "adhesion": _load_curve(prediction),
         "curve": None if threshold is None else [one._asdict() for one in threshold.curve],
         "maps": maps,
         "moments": prediction.roughness.moments._asdict(),

@@ -181,13 +181,18 @@ class Interface:
     """Sources of the values."""
     probe: float | None = None
     """Radius of a spherical probe, in m; None if no pull-off force is asked for."""
+    pressure: float | None = None
+    """Mean pressure at which area and gap are asked for, in Pa; None if none is."""
+    load: float | None = None
+    """Force on the area of the map at which they are asked for, in N, in place of a pressure; None if none is."""
     coating: Coating | None = None
     """Coating of the elastic body, which E* then belongs to; None if there is none."""
 
     def __post_init__(self) -> None:
-        for name in ("contact_modulus", "work_of_adhesion", "range", "spacing", "probe"):
+        optional = ("spacing", "probe", "pressure", "load")
+        for name in ("contact_modulus", "work_of_adhesion", "range", *optional):
             value = getattr(self, name)
-            if value is not None or name not in ("spacing", "probe"):
+            if value is not None or name not in optional:
                 object.__setattr__(self, name, number(name, value, above=0))
 
     @property
@@ -272,6 +277,8 @@ def read_interface(
     range: str | None = None,
     spacing: str | None = None,
     probe: str | None = None,
+    pressure: str | None = None,
+    load: str | None = None,
     coating: str | None = None,
 ) -> Interface:
     """Parse an interface from text: numbers with units and names of materials, the first of each for the first body.
@@ -297,10 +304,13 @@ def read_interface(
         _amount(faults, "spacing", spacing, "spacing"),
         _amount(faults, "probe", probe, "probe"),
     ]
+    mean, force = _amount(faults, "pressure", pressure, "load"), _amount(faults, "load", load, "force")
+    if pressure is not None and load is not None:
+        faults.append("`pressure` and `load` are one thing: give one of them")
     if faults:
         raise InterfaceError("\n".join(faults))
     bodies = [Body(*one) for one in zip_longest(moduli, ratios, found)]
-    whole = interface(bodies, *given)
+    whole = replace(interface(bodies, *given), pressure=mean, load=force)
     if coating is None:
         return whole
     if len(bodies) != 1 or contact_modulus is not None or probe is not None:

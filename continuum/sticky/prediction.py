@@ -19,6 +19,7 @@ import numpy as np
 from continuum import units
 from continuum.arguments import ArgumentError, instance, number
 from continuum.sticky import criteria
+from continuum.sticky.adhesion import UnderAdhesion
 from continuum.sticky.continuation import Continuation, continuation_of
 from continuum.sticky.criteria import Answer, Estimate, RoughContact
 from continuum.sticky.doubts import prediction_doubts
@@ -101,7 +102,25 @@ class PredictionNumbers:
         found = self.threshold
         known = found is not None and found.source is not Basis.BOUNDS and self.verdict.answer == "not sticky"
         touched = found.area_rep + found.area_att if found is not None and known else None
-        return probe_pull_off(self.contact, self.interface.probe, touched)
+        probe, contact = probe_pull_off(self.contact, self.interface.probe, touched), (self.mended or self).contact
+        curve = None if found is None else found.adhesion
+        if curve is None:
+            return probe
+        reach = contact.range + contact.rms_height
+        force = curve.force_on_sphere(contact.work_of_adhesion, probe.radius, reach, contact.contact_modulus)
+        return replace(probe, by_curve=force)
+
+    @property
+    def pressure(self) -> float | None:
+        """Mean pressure at which area and gap are asked for, in Pa; None if none is."""
+        load, lengths = self.interface.load, self.topographies[0].lengths
+        return self.interface.pressure if load is None else load / (lengths[0] * lengths[1])
+
+    @cached_property
+    def adhesion(self) -> UnderAdhesion | None:
+        """Pull-off stress, and area and gap without load and at the given one; None where there are bounds only."""
+        curve = None if self.threshold is None else self.threshold.adhesion
+        return None if curve is None else curve.at_work(self.contact.work_of_adhesion, self.pressure)
 
     @property
     def no_map(self) -> str:

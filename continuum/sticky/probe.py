@@ -44,6 +44,8 @@ class ProbePullOff:
     """Maugis' λ of the smooth sphere: JKR's above 5, DMT's below 0.1."""
     tabor: float
     """Tabor's μ of the smooth sphere, with Δr for the equilibrium distance."""
+    by_curve: float | None = None
+    """Pull-off force with the work that a sphere feels by the adhesion curve of the map; None if that is not known."""
 
 
 def probe_pull_off(contact: RoughContact, radius: float, touched: float | None = None) -> ProbePullOff:

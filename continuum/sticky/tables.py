@@ -96,7 +96,11 @@ class InterfaceTable(Table):
     spacing: Annotated[str, _quantity("spacing")] | None = None
     """Spacing a0 of the atoms, as 0.25nm, for the necessary condition on crystals."""
     probe: Annotated[str, _quantity("probe")] | None = None
-    """Radius of a sphere that is pulled off the surface, as 10um; bounds of its pull-off force are printed."""
+    """Radius of a sphere that is pulled off the surface, as 10um; its pull-off force is printed."""
+    pressure: Annotated[str, _quantity("load")] | None = None
+    """Mean pressure, as 1MPa, at which the contact area and the mean gap are printed."""
+    load: Annotated[str, _quantity("force")] | None = None
+    """Force on the area of the map, as 1mN, in place of a pressure."""
 
 
 class PredictionInput(Document):

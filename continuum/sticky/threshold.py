@@ -27,12 +27,14 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import moments
 from continuum.model.walls import HardWall, Wall
+from continuum.path.adhesion_curve import press_series
 from continuum.path.area import find_area
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import PathState, Search
 from continuum.path.threshold import PressedState, Threshold, on_core
 from continuum.solve.solution import Settings
 from continuum.sticky import on_grid
+from continuum.sticky.adhesion import MapCurve
 from continuum.sticky.criteria import AREA, RoughContact
 from continuum.sticky.materials import Interface
 from continuum.sticky.sampling import ERRORS, Blocks, sampling_error
@@ -143,9 +145,16 @@ class MapThreshold:
     """The threshold against the range, from the same state."""
     state: PressedState | None = field(default=None, repr=False)
     """The state without adhesion, on at most :data:`LINEAR` points."""
+    pressed: PressedMap | None = field(default=None, repr=False)
+    """The map, of which :attr:`adhesion` is found when it is asked for; None where there are bounds only."""
     sampling: float = np.nan
     """Standard error of ln w_c, as of another spot of the surface; NaN where it is not known
     (:mod:`continuum.sticky.sampling`)."""
+
+    @property
+    def adhesion(self) -> MapCurve | None:
+        """Load, area and gap under adhesion, from several states without it; None where there are bounds only."""
+        return None if self.pressed is None else self.pressed.adhesion
 
     def of_map(self, values: Real) -> Real:
         """Values on the points of the map itself, without its mirror images."""
@@ -306,6 +315,7 @@ class PressedMap:
             left_out=self.left_out,
             gap=(self.hard.gap if finer else distance) + wall.zero_gap, wall=wall, grid=grid,
             map=self._own_points(grid), warnings=tuple(self._doubts(one.work)), state=linear.state,
+            pressed=self if one.known else None,
         )  # fmt: skip
 
     def sampling_error(self, roll_off: float) -> float:
@@ -319,6 +329,21 @@ class PressedMap:
         own = self._own_points(linear.problem.grid).shape
         wall = linear.wall(self.interface.range / self.unit)
         return sampling_error(linear.state, self.beside, wall, own, blocks)
+
+    @cached_property
+    def adhesion(self) -> MapCurve:
+        """The adhesion curve for the range of the interface, from states on at most :data:`LINEAR` points.
+
+        If the map is pressed on more, loads and works are those of its own state at 1 % of the area.
+        """
+        linear, reach = self.linear, self.interface.range / self.unit
+        settings = Settings(RESIDUAL * self.slope, threads=self.threads)
+        states = press_series(linear.problem, linear.hard, settings, linear.core_stiffness)
+        modulus = self.interface.contact_modulus
+        return MapCurve(
+            states.curve(linear.wall(reach)), modulus * self.hard.load / linear.hard.load,
+            self._more(reach) * modulus * self.unit, self.unit, 1 if self.topography.periodic else 4,
+        )  # fmt: skip
 
     @cached_property
     def beside(self) -> PressedState:

@@ -272,6 +272,8 @@ def test_two_bodies_have_their_compliances_added() -> None:
             ["`work`", "`range` '1m'", "possible are 1 pm to 1 mm"],
         ),
         ({"material": ["mica"] * 3}, ["two bodies"]),
+        ({"material": ["mica"], "pressure": "1MPa", "load": "1mN"}, ["give one of them"]),
+        ({"material": ["mica"], "pressure": "1mN"}, ["`pressure`", "not a unit of pressure"]),
     ],
 )
 def test_a_contact_that_is_not_described_is_refused_with_all_faults(

@@ -129,6 +129,6 @@ def test_what_is_said_of_the_probe_is_what_was_shown(work: float, solve: bool, e
     small = surface(64)
     topography = Topography(1e-9 * small.heights, (64e-9, 64e-9), periodic=True)
     found = prediction_of([topography], Interface(1e9, work, 0.35e-9, None, probe=1e-6), smallest=2e-9)
-    said = [line for line in statements(found.solved() if solve else found) if line.startswith("Pull-off")]
+    said = [line for line in statements(found.solved() if solve else found) if line.startswith("Pull-off force")]
     assert len(said) == 1
     assert expected in said[0]

@@ -1,5 +1,6 @@
 """The threshold of a map by one state, against searches and what is known of them; and the verdict by it."""
 
+import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -384,7 +385,8 @@ def test_a_map_is_pressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_command_says_what_it_does_and_then_the_answer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     np.save(tmp_path / "map.npy", textured("Gaussian", 64).heights)
     command = ["predict", str(tmp_path / "map.npy"), "--size", "64nm", "--unit", "nm", "--estar", "1GPa", "--periodic"]
-    command += ["--range", "1nm", "--work", "1J/m2", "--probe", "1um", "-o", str(tmp_path)]
+    command += ["--range", "1nm", "--work", "8mJ/m2", "--probe", "1um", "-o", str(tmp_path)]
+    command += ["--pressure", "10MPa", "--json", str(tmp_path / "all.json")]
     assert main(command) == 0
     said = capsys.readouterr()
     assert said.err.startswith("looking at map.npy, 64 x 64 points")
@@ -392,6 +394,23 @@ def test_the_command_says_what_it_does_and_then_the_answer(tmp_path: Path, capsy
     assert "solved in " in said.err
     assert len(said.out.splitlines()) <= 10
     assert said.out.startswith("Sticky")
+    for text in (
+        "Pull-off stress: ",
+        "At 10 MPa ",
+        "touch at a mean gap of",
+        "Pull-off force of a probe of radius 1 µm: ",
+    ):
+        assert text in said.out
+    for hidden in ("χ", "Müser", "d_rep"):
+        assert hidden not in said.out
+    told = json.loads((tmp_path / "all.json").read_text())
+    assert told["row"]["pressure_Pa"] == 1e7
+    assert told["row"]["pull-off stress_Pa"] > 0
+    curve = told["adhesion"]
+    assert len(curve["area"]) == len(curve["pressure_Pa"]["w"]) == len(curve["mean_gap_m"]["none"])
+    # Adhesion lowers the load at each area, and a stronger one more.
+    for less, more in (("none", "w_c"), ("w_c", "w"), ("w low", "w high")):
+        assert np.all(np.array(curve["pressure_Pa"][less]) >= np.array(curve["pressure_Pa"][more]))
     assert (tmp_path / "map-predict.png").exists()
     assert not [*tmp_path.glob("*.pdf")]  # of which the fonts alone would take a quarter of the time
     assert main([*command, "--no-solve", "--format", "pdf"]) == 0
