@@ -135,7 +135,7 @@ def _by_lattice(deck: Deck) -> _Relax:
         here = replace(alone, separation=separation, displacements=start)
         found = iterate(here, specimen.session, specimen.response, _MOST)
         gap = separation + deck.heights - found.displacements[0, ..., 2]
-        pressure = float(deck.wall.evaluate(gap).traction.mean())
+        pressure = float(deck.law.evaluate(gap).traction.mean())
         return _State(separation, found.displacements, pressure, found.evaluations, found.converged)
 
     return relax

@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from atomistic.crystal.exposed import exposed
+from atomistic.crystal.exposed import exposed, layer_depth
 from continuum.arguments import ArgumentError, array, count, field, instance, number, pair
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -62,6 +62,8 @@ class AnySlab:
     """Height below which there is no atom, in a0."""
     about: str
     """What it is, in words."""
+    layer: float
+    """Mean distance of layers of as many atoms as the surface has, in a0."""
 
     @property
     def one_to_one(self) -> bool:
@@ -141,7 +143,7 @@ class AtomSlab(AnySlab):
         vars(self).update(
             axes=("atom",), ids=np.arange(1, count + 1), shape=(surface,), grid=Grid((nx, ny), self.lengths),
             depth=float(np.median(z[:surface]) - z[self.moving :].max(initial=z.min())), bottom=float(z.min()),
-            mobile=round(self.moving / surface),
+            mobile=round(self.moving / surface), layer=layer_depth(z, surface),
             about=f"{count} atoms, {surface} of them at the surface, {self.name}, {x:.5g} x {y:.5g} a0",
         )  # fmt: skip
         if not self.lost:
@@ -231,7 +233,8 @@ class Slab(AnySlab):
         vars(self).update(
             shape=shape, mobile=mobile, frozen=frozen, moving=mobile, grid=Grid((shape[0], shape[1]), lengths),
             name="fcc(100)", axes=("x", "y"), lost=LOST, depth=mobile * LAYER_SPACING, bottom=-deep * LAYER_SPACING,
-            types=np.broadcast_to(np.int64(0), shape[0] * shape[1] * deep), about=f"{shape[0]} x {shape[1]} atoms",
+            layer=LAYER_SPACING, about=f"{shape[0]} x {shape[1]} atoms",
+            types=np.broadcast_to(np.int64(0), shape[0] * shape[1] * deep),
         )  # fmt: skip
 
     @classmethod

@@ -28,7 +28,7 @@ from atomistic.lammps import crystal_wall, plugin
 from atomistic.lammps import directory as disk
 from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal
 from atomistic.lammps.language import filled, formatted, listing, read_template, vocabulary
-from atomistic.lammps.law import NO_CORE, TOLERANCE, name_of, native_law, wall_table
+from atomistic.lammps.law import NO_CORE, TOLERANCE, law_of_atoms, name_of, native_law, wall_table
 from atomistic.lammps.protocol import Protocol, time_unit
 from atomistic.lammps.shape import Shape, check_shape, misfit, shape_of
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, instance, number
@@ -239,17 +239,19 @@ class Deck:
         return float(np.median(self.rest[..., 2].ravel()[: self.slab.surface_atoms]))
 
     @cached_property
-    def above(self) -> Real:
-        """Heights of the wall above the site of each atom that moves, shape (mobile atoms,), in a0.
+    def law(self) -> Wall:
+        """The law of each atom: ``wall``, or its part where that reaches the layers below."""
+        return law_of_atoms(self.wall, self.slab.layer)
 
-        A wall of the lattice sites is known at those of the surface; above deeper ones it is interpolated.
-        """
-        slab = self.slab
-        x, y = slab.positions.reshape(-1, 3)[: slab.mobile_atoms, :2].T
-        between = self.shape or shape_of(self.profile, slab.grid.lengths)
-        found = between.evaluate(x, y).height
-        found[: slab.surface_atoms] = self.heights.ravel()
-        return np.asarray(found)
+    @cached_property
+    def above(self) -> Real:
+        """Heights of the wall above the site of each atom that moves, shape (mobile atoms,), in a0."""
+        return heights_above(self.slab, self.heights, self.profile, self.shape)
+
+    @property
+    def lowest(self) -> float:
+        """A bound below the heights of the wall, in a0; minus infinity if its shape does not say."""
+        return float(self.above.min()) if self.shape is None else getattr(self.shape, "lowest", -np.inf)
 
     @property
     def profile(self) -> Real:
@@ -266,6 +268,35 @@ def _own(values: Real) -> Real:
     array = np.array(values)
     array.flags.writeable = False
     return array
+
+
+def heights_above(slab: AnySlab, heights: Real, profile: Real, shape: Shape | None = None) -> Real:
+    """Heights of a wall above the site of each atom that moves, shape (mobile atoms,), in a0.
+
+    A wall of the lattice sites is known at those of the surface, and interpolated above deeper ones.
+
+    Parameters
+    ----------
+    heights : above the surface atoms, shape ``slab.shape``.
+    profile : at the points of the grid, by which it is interpolated.
+    shape : of a wall of the position.
+    """
+    between = shape or shape_of(profile, slab.grid.lengths)
+    at = slab.positions.reshape(-1, 3)[: slab.mobile_atoms, :2]
+    if slab.one_to_one and shape is None:  # every other layer is above the same places
+        pair = np.concatenate([heights.ravel(), between.evaluate(*at[heights.size : 2 * heights.size].T).height])
+        return np.resize(pair, len(at))
+    found = np.array(between.evaluate(*at.T).height)
+    found[: heights.size] = heights.ravel()
+    return found
+
+
+def _near(deck: Deck) -> str:
+    """Whether an atom is high enough to be reached by the wall, in LAMMPS' language."""
+    depth = deck.surface + deck.lowest - deck.law.reach
+    if not np.isfinite(depth):
+        return "gmask(all)"
+    return f"z>(v_separation+({formatted(depth)}))*v_length_unit"
 
 
 def render(deck: Deck) -> dict[str, str]:
@@ -286,7 +317,9 @@ def render(deck: Deck) -> dict[str, str]:
         "tolerance": deck.tolerance,
         "evaluations": deck.evaluations,
         "surface": deck.surface,
-        "law": native_law(wall, deck.wall_tolerance).lines,
+        "law": native_law(deck.law, deck.wall_tolerance).lines,
+        "near": _near(deck),
+        "of_heights": "surface atoms" if shape is not None else "atoms that move",
         "zero_gap": wall.zero_gap,
         "reach": wall.zero_gap + wall.range,
         "repulsive": REPULSIVE,
@@ -324,13 +357,13 @@ def render(deck: Deck) -> dict[str, str]:
     if protocol is not None:
         values |= {"results": ".N", "steps": protocol.steps, "separations": listing(protocol.separations)}
         values |= protocol.placeholders(model, slab)
-    texts, crystal = {"wall.table": wall_table(wall, deck.wall_tolerance)}, deck.crystal
+    texts, crystal = {"wall.table": wall_table(wall, deck.wall_tolerance, deck.law)}, deck.crystal
     texts["wall.vtk"] = disk.wall_mesh(
         deck.profile, deck.separation + deck.surface, model.length, spacing=slab.grid.spacing
     )
     if deck.wall_force == "plugin":
-        values["core"] = max(wall.core, NO_CORE)
-        texts |= {plugin.SOURCE: plugin.plugin_source(), plugin.MAP: plugin.wall_map(wall, shape, slab.grid)}
+        values["core"] = max(deck.law.core, NO_CORE)
+        texts |= {plugin.SOURCE: plugin.plugin_source(), plugin.MAP: plugin.wall_map(deck.law, shape, slab.grid)}
     if crystal is not None:
         values["interactions"] = crystal_wall.interactions_beside(model, crystal.strength)
         texts[crystal_wall.DATA] = crystal_wall.crystal_data(crystal, model, slab.grid.shape, deck.surface)
@@ -421,7 +454,8 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
         with whole(directory / "slab.data") as file:
             _write_data(file, deck)
         with whole(directory / disk.HEIGHTS) as file:
-            disk.write_atoms(file, deck.slab.ids.ravel()[: deck.slab.surface_atoms], deck.heights)
+            above = deck.heights if deck.shape is not None else deck.above
+            disk.write_atoms(file, deck.slab.ids.ravel()[: above.size], above)
         with whole(directory / "slab.start") as file:
             for axis in range(3):
                 mobile = slice(0, deck.slab.moving)

@@ -1,4 +1,4 @@
-"""Wall laws as LAMMPS formulas: atom-style variables ``v_traction`` and ``v_energy`` of ``v_gap``, per area.
+"""Wall laws as LAMMPS formulas: atom-style variables ``v_traction_of_gap`` and ``v_energy_of_gap``, per area.
 
 The formulas are those of :mod:`continuum.model.laws`.  A table becomes cubic pieces of equal length, as few as a
 tolerance allows, whose coefficients LAMMPS looks up by the number of the piece (``compute global/atom``), at a cost
@@ -38,7 +38,7 @@ class NativeLaw:
     """A law in LAMMPS' language."""
 
     lines: str
-    """Lines that define the variables ``core``, ``traction`` and ``energy``."""
+    """Lines that define the variables ``core``, ``traction_of_gap`` and ``energy_of_gap`` of ``gap`` and ``near``."""
     error: float = 0.0
     """Largest error of the traction, in E*; 0 for a formula, which differs by rounding only."""
 
@@ -77,7 +77,7 @@ def law_of_atoms(wall: Wall, layer: float) -> Wall:
 
 @lru_cache(maxsize=16)
 def _layered(wall: Wall, layer: float) -> TabulatedWall:
-    gap = _knots(wall)
+    gap = _knots(wall, without_core=1.0)
     traction = wall.evaluate(gap).traction - wall.evaluate(gap + layer).traction
     return TabulatedWall(gap, traction - traction[-1])
 
@@ -197,8 +197,18 @@ def _hermite(wall: TabulatedWall, count: int) -> scipy.interpolate.PPoly:
     return scipy.interpolate.PPoly(spline.c, spline.x)
 
 
-def wall_table(wall: Wall, tolerance: float = TOLERANCE) -> str:
-    """``wall.table``: the law at knots that include the core, the change of sign and, if there is one, the end."""
+_IN_PARTS = "# It reaches layers below: an atom has its part, w(gap) - w(gap + d), with d the distance of layers.\n"
+
+
+def wall_table(wall: Wall, tolerance: float = TOLERANCE, of_atoms: Wall | None = None) -> str:
+    """``wall.table``: the law at knots that include the core, the change of sign and, if there is one, the end.
+
+    Parameters
+    ----------
+    wall, tolerance : as of :func:`native_law`.
+    of_atoms : the law of each atom, where it is another (:func:`law_of_atoms`).
+    """
+    here = of_atoms or wall
     gap, named, stated = wall.knots.get("gap"), "A table", "the law itself"
     if gap is None:
         gap, named, stated = _knots(wall), str(wall), "the law continues beyond the last gap"
@@ -214,7 +224,8 @@ def wall_table(wall: Wall, tolerance: float = TOLERANCE) -> str:
         "# Wall law: energy and traction per area against gap; traction = -d energy/d gap, positive in compression.\n"
         "# Units: gap a0, energy E* a0, traction E*.\n"
         f"# {named}: {gap.size} knots; {stated}.\n"
-        f"# The formulas of in.wall differ from the law by at most {native_law(wall, tolerance).error:.1e} E*.\n"
+        f"# The formulas of in.wall differ from the law by at most {native_law(here, tolerance).error:.1e} E*.\n"
+        f"{'' if here == wall else _IN_PARTS}"
         "# gap energy traction\n"
     )
     rows = np.column_stack([gap, law.energy, traction]).ravel().tolist()
@@ -222,8 +233,8 @@ def wall_table(wall: Wall, tolerance: float = TOLERANCE) -> str:
     return text.getvalue()
 
 
-def _knots(wall: Wall) -> Real:
-    start = wall.core if np.isfinite(wall.core) else wall.zero_gap - 0.3
+def _knots(wall: Wall, without_core: float = 0.3) -> Real:
+    start = wall.core if np.isfinite(wall.core) else wall.zero_gap - without_core
     end = wall.reach if np.isfinite(wall.reach) else wall.zero_gap + 10.0
     sides = [_between(start, wall.zero_gap)]
     if end > wall.zero_gap:

@@ -52,7 +52,7 @@ class DeckStatus(enum.Enum):
     AVERAGED = "averaged over the window"
     TARGET_MISSED = "the load is not that of the mean pressure: no separation near here has it"
     FORCES_LEFT = "forces are left: allow more evaluations or time, or start from the lattice solution"
-    BELOW_CORE = "the surface is below the core of the wall law, where it is only a continuation: lower the core"
+    BELOW_CORE = "an atom is below the core of the wall law, where it is only a continuation: lower the core"
     YIELDED = (
         "the crystal has slipped: atoms have other neighbours than at rest; it is plastic if they keep them unloaded"
     )
@@ -100,7 +100,7 @@ class DeckResult:
     total_energy: float = quantity("E* a0^3", "energy of atoms and wall")
     largest_force: float = quantity("E* a0^2", "largest force on a mobile atom, the wall included")
     tolerance: float = quantity("E* a0^2", "largest force allowed")
-    smallest_gap: float = quantity("a0", "smallest gap")
+    smallest_gap: float = quantity("a0", "smallest gap of all atoms that move")
     core: float = quantity("a0", "gap below which the wall law is only continued")
     evaluations: int = quantity("1", "number of force evaluations")
     lammps_version: int = quantity("", "date of the release, yyyymmdd")
@@ -111,6 +111,8 @@ class DeckResult:
     structure: NDArray[np.int64] | None = field(default=None, repr=False)
     """Structure by common neighbours, shape (layers, nx, ny): 1 fcc, 2 hcp, 3 bcc, 4 icosahedral, 5 other (D. Faken and
     H. Jónsson, Comput. Mater. Sci. 2, 279 (1994)); None with fixed bonds, or of an earlier deck."""
+    tractions: Real | None = field(default=None, repr=False)
+    """Traction of the wall on all atoms, shape (layers, nx, ny), in E*; None of an earlier deck."""
     averages: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
     """Mean over the time window, and its standard error, by name; empty for an equilibrium.
 
@@ -123,7 +125,8 @@ class DeckResult:
     @property
     def load_rep(self) -> float:
         """Repulsive part of the force of the wall, in E* a0²."""
-        return float(self.traction[self.traction > 0].sum()) * self.slab.area
+        on = self.traction if self.tractions is None else self.tractions
+        return float(on[on > 0].sum()) * self.slab.area
 
     @property
     def mean_gap(self) -> float:
@@ -303,6 +306,7 @@ def _result(slab: AnySlab, numbers: dict[str, float], log: str, surface: _Rows, 
         gap=surface["gap"].reshape(slab.shape),
         traction=surface["traction"].reshape(slab.shape),
         heights=surface["wall_height"].reshape(slab.shape),
+        tractions=state["traction"].reshape(sites[:-1]) if "traction" in state else None,
         displacements=vectors[0].reshape(sites) / length,
         forces=vectors[1].reshape(sites) / force * slab.area,
         **{own[name]: float(value) for name, value in numbers.items() if name in own},  # type: ignore[arg-type]

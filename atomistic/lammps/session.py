@@ -211,6 +211,11 @@ class Session(LammpsHandle):
         with contextlib.chdir(self.directory):
             guard(partial(self._lammps.file, script), self.directory)
 
+    @property
+    def rest(self) -> Real:
+        """Positions of the slab at rest, shape (layers, nx, ny, 3), in a0."""
+        return self._rest
+
     def variable(self, name: str) -> float:
         """Value of an equal-style variable."""
         return float(self._lammps.extract_variable(name))
@@ -237,7 +242,7 @@ class Session(LammpsHandle):
         """
         slab = self.slab
         heights = np.zeros(slab.size)
-        heights[: slab.surface_atoms] = deck.heights.ravel()
+        heights[: slab.mobile_atoms] = deck.above
         self._lammps.scatter("d_height", 1, 1, heights.ctypes.data_as(ctypes.POINTER(ctypes.c_double)))
         before = self._defined()
         with contextlib.chdir(self.directory):
@@ -246,7 +251,7 @@ class Session(LammpsHandle):
         energy, forces = self.evaluate(deck.start)
         surface = np.argsort(self._lammps.numpy.extract_atom("id")[: slab.size])[: slab.surface_atoms]
         gap, traction = (
-            np.array(self._lammps.extract_variable(name, "surface"))[surface].reshape(slab.shape)
+            np.array(self._lammps.extract_variable(name, "mobile"))[surface].reshape(slab.shape)
             for name in ("gap", "traction")
         )
 
@@ -257,7 +262,7 @@ class Session(LammpsHandle):
             slab=slab, heights=deck.heights, gap=gap, traction=traction, displacements=self.displacements(),
             forces=forces, step=0, separation=deck.separation, offset_x=0.0, offset_y=0.0, target_force=0.0,
             force=total("load"), lateral_x=total("lateral_x"), lateral_y=total("lateral_y"),
-            area_rep=total("area_rep"), area_att=total("area_att"), wall_energy=total("wall_energy"),
+            area_rep=self.variable("area_rep"), area_att=self.variable("area_att"), wall_energy=total("wall_energy"),
             total_energy=energy, largest_force=total("largest_force") / (self.energy / self.length),
             tolerance=deck.tolerance, smallest_gap=total("smallest_gap"), core=self.variable("core"), evaluations=1,
             lammps_version=self._lammps.version(), bonded=deck.model.atom_style == "bond",

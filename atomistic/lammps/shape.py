@@ -95,6 +95,11 @@ class Round:
         slope = rise / (self.radius * np.where(r > 0, r, 1.0))
         return WallHeight(rise**2 / (2 * self.radius), slope * dx, slope * dy)
 
+    @property
+    def lowest(self) -> float:
+        """A bound below all heights, in a0."""
+        return 0.0
+
     def lines(self) -> list[str]:
         """Lines of LAMMPS that define height and slopes by the position."""
         found = []
@@ -159,6 +164,11 @@ class Waves:
             slope_y -= amplitude * qy * np.sin(at)
         return WallHeight(height, slope_x, slope_y)
 
+    @property
+    def lowest(self) -> float:
+        """A bound below all heights, in a0."""
+        return self.mean - sum(abs(amplitude) for amplitude, *_ in self.waves)
+
     def lines(self) -> list[str]:
         """Lines of LAMMPS that define height and slopes by the position."""
         found, terms = [], {"height": [formatted(self.mean)], "slope_x": ["0.0"], "slope_y": ["0.0"]}
@@ -201,6 +211,11 @@ class HeightSpline:
         at = np.stack([np.mod(v / step, n) for v, step, n in apart], axis=-1)
         height, slope_x, slope_y = (self._spline(at, nu=nu) for nu in ((0, 0), (1, 0), (0, 1)))
         return WallHeight(height, slope_x / self.spacing[0], slope_y / self.spacing[1])
+
+    @property
+    def lowest(self) -> float:
+        """A bound below all heights, in a0: a spline is a mean of its coefficients."""
+        return float(self._spline.c.min())
 
     @property
     def cells(self) -> Real:

@@ -14,7 +14,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from atomistic.lammps.deck import heights_above
 from atomistic.lammps.directory import finished_steps
+from atomistic.lammps.law import law_of_atoms
 from atomistic.lammps.result import DeckError, DeckResult, read_result
 from atomistic.lammps.session import Session
 from atomistic.relax.deckrun import DeckSteps
@@ -111,6 +113,7 @@ def certify_deck(run: DeckSteps) -> DeckCertificate:
     said = re.search(r"differ from the law by at most (\S+) E\*", table)
     law_error = float(said[1]) if said else 0.0
     with Session(directory) as crystal:
+        level = crystal.rest[: crystal.slab.mobile, ..., 2]
         for step in finished_steps(directory):
             found = read_result(directory, step)
             if found.averages:
@@ -122,19 +125,25 @@ def certify_deck(run: DeckSteps) -> DeckCertificate:
                     f"{directory}: its wall follows the atoms; only walls of lattice sites can be certified"
                 )
             if found.status.ok:
-                steps.append(_certified(crystal, run.wall, found, law_error))
+                above = heights_above(found.slab, found.heights, run.heights)
+                bare = found.separation + above.reshape(-1, *found.slab.shape) - (level - run.description.surface)
+                steps.append(_certified(crystal, run.wall, found, bare, law_error))
             else:
                 unconverged.append(f"step {step}: {found.status.value}")
     return DeckCertificate(directory, tuple(steps), tuple(unconverged))
 
 
-def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float) -> StepCertificate:
-    at, mobile = found.displacements, found.slab.mobile
+def _certified(crystal: Session, wall: Wall, found: DeckResult, bare: Real, law_error: float) -> StepCertificate:
+    """A state, with the gaps of all mobile atoms at rest below the wall, shape (layers, nx, ny)."""
+    at, mobile, law = found.displacements, found.slab.mobile, law_of_atoms(wall, found.slab.layer)
+
+    def gap(displacements: Real) -> Real:
+        return np.asarray(bare - displacements[:mobile, ..., 2])
 
     def forces(displacements: Real) -> Real:
         """On the mobile atoms, of crystal and wall, in E* a0²."""
         acting = crystal.evaluate(displacements)[1][:mobile]
-        acting[0, ..., 2] -= wall.evaluate(_gap(found, displacements)).traction
+        acting[..., 2] -= law.evaluate(gap(displacements)).traction
         return acting
 
     def hessian(along: Real) -> Real:
@@ -145,10 +154,10 @@ def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float
         return product
 
     largest = float(np.sqrt((forces(at) ** 2).sum(axis=-1)).max())
-    lowest = _lowest(found, np.maximum(-wall.evaluate(_gap(found, at)).stiffness, 0.0), hessian)
+    lowest = _lowest(found, np.maximum(-law.evaluate(gap(at)[0]).stiffness, 0.0), hessian)
     allowed = ENOUGH * (found.tolerance + law_error + _STIFFEST * _rounding(found))
     force = Check("largest force", found.largest_force, largest, largest, allowed)
-    checks = [*_of_the_wall(wall, found, law_error), force]
+    checks = [*_of_the_wall(wall, law, found, gap(at), law_error), force]
     if not abs(lowest.eigenvalue) <= lowest.error:
         checks.append(minimum(lowest.eigenvalue))
     names = {one.name for one in fields(DeckResult) if one.metadata} | {"curvature"}
@@ -161,34 +170,29 @@ def _rounding(found: DeckResult) -> float:
     return float(np.finfo(float).eps) * max(found.slab.grid.lengths)
 
 
-def _of_the_wall(wall: Wall, found: DeckResult, law_error: float) -> Iterator[Check]:
+def _of_the_wall(wall: Wall, law: Wall, found: DeckResult, gap: Real, law_error: float) -> Iterator[Check]:
     """What follows from the gap of each atom and the law, with the error of the deck's formulas and of rounding."""
-    gap = _gap(found, found.displacements)
-    here, kinds, moved = wall.evaluate(gap), contact_map(wall, gap), ENOUGH * _rounding(found)
+    here, kinds, moved = law.evaluate(gap), contact_map(wall, gap), ENOUGH * _rounding(found)
     off = law_error + moved * float(np.abs(here.stiffness).max()) + _LAST
-    apart = float(np.abs(found.gap - gap).max())
-    yield Check("gap of an atom", float(found.gap.mean()), float(gap.mean()), apart, moved + _LAST)
-    differ = float(np.abs(found.traction - here.traction).max())
-    yield Check("traction on an atom", float(found.traction.max()), float(here.traction.max()), differ, off)
+    apart = float(np.abs(found.gap - gap[0]).max())
+    yield Check("gap of an atom", float(found.gap.mean()), float(gap[0].mean()), apart, moved + _LAST)
+    top = here.traction[0]
+    differ = float(np.abs(found.traction - top).max())
+    yield Check("traction on an atom", float(found.traction.max()), float(top.max()), differ, off)
     numbers = {
         "force": (float(here.traction.sum()), off * gap.size),
         # A law with an error of its traction has one of its energy of that over its range.
         "wall_energy": (float(here.energy.sum()), off * gap.size * (1 + wall.range)),
         "smallest_gap": (float(gap.min()), moved + _LAST),
-        "area_rep": (float(np.mean(kinds == REPULSIVE)), _LAST),
-        "area_att": (float(np.mean(kinds == ATTRACTED)), _LAST),
+        "area_rep": (float(np.count_nonzero(kinds == REPULSIVE)) / gap[0].size, _LAST),
+        "area_att": (float(np.mean(kinds[0] == ATTRACTED)), _LAST),
         "lateral_x": (0.0, 0.0),  # of a wall of the sites
         "lateral_y": (0.0, 0.0),
-        "core": (wall.core, _LAST),
+        "core": (law.core, _LAST),
     }
     for name, (value, allowed) in numbers.items():
         stored = float(getattr(found, name))
         yield Check(name, stored, value, abs(value - stored), allowed)
-
-
-def _gap(found: DeckResult, displacements: Real) -> Real:
-    """Height of the wall above each surface atom, in a0, for a wall of lattice sites."""
-    return np.asarray(found.separation + found.heights - displacements[0, ..., 2])
 
 
 def _lowest(found: DeckResult, softening: Real, hessian: Callable[[Real], Real]) -> Lowest:

@@ -125,7 +125,7 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
     response : of the slab.
     limit : largest number of force evaluations.
     """
-    wall, separation, mobile = deck.wall, deck.separation, deck.slab.mobile
+    wall, separation, mobile = deck.law, deck.separation, deck.slab.mobile
     settings = Settings(tolerance=deck.tolerance / 1000)
     u = best = deck.start
     gap = separation + deck.heights - u[0, ..., 2]
@@ -142,7 +142,11 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
         gap = separation + deck.heights - u[0, ..., 2]
         total = forces[:mobile]
         total[0, ..., 2] -= wall.evaluate(gap).traction
+        deep = _deep_push(deck, u)
+        total[1:, ..., 2] -= deep
         largest.append(float(np.sqrt(np.max(np.sum(total**2, axis=-1)))))
+        if len(largest) == 1:  # of a start that overlaps the wall, from which the contact is solved first
+            total[1:, ..., 2] += deep
         if largest[-1] == min(largest):
             best = u
         if largest[-1] <= deck.tolerance / 2 or not falling(largest) or len(largest) >= limit:
@@ -156,6 +160,14 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
         u = lattice_start(response, wall, gap)
         u[:mobile] += w
     return RelaxationResult(best, tuple(largest), min(largest) <= deck.tolerance / 2)
+
+
+def _deep_push(deck: Deck, u: Real) -> Real | float:
+    """Tractions of the wall on the layers below the surface, shape (layers - 1, nx, ny), in E*; 0 out of its reach."""
+    below = slice(1, deck.slab.mobile)
+    level = deck.rest[below, ..., 2] - deck.surface
+    gap = deck.separation + deck.above.reshape(-1, *deck.slab.shape)[below] - level - u[below, ..., 2]
+    return deck.law.evaluate(gap).traction if gap.min(initial=np.inf) < deck.law.reach else 0.0
 
 
 def falling(largest: list[float]) -> bool:

@@ -51,22 +51,30 @@ def spread(wall: Wall) -> Deck:
     return Deck(slab, Springs(), wall, gaps - 1.0, 1.0, tolerance=1e9)
 
 
+def below(deck: Deck) -> np.ndarray:
+    """Gaps of the second layer of such a deck, above which the heights are interpolated."""
+    return deck.above[72:] + 1.0 + 0.5**0.5
+
+
 @pytest.mark.parametrize("name", WALLS)
 def test_the_formulas_are_the_law(tmp_path, name):
     deck = spread(WALLS[name])
     wall = deck.wall
     result = run_in_process(write_deck(tmp_path, deck))
-    law = wall.evaluate(result.gap)
-    stated = native_law(wall).error
+    law = deck.law.evaluate(result.gap)
+    second = deck.law.evaluate(below(deck))
+    stated = native_law(deck.law).error
     text = (tmp_path / "wall.table").read_text()
     assert f"differ from the law by at most {stated:.1e} E*" in text
     # Formulas: rounding of powers up to 13 of a gap known to 1e-16.  Tables: what they state, between the points where
     # it was measured, 20 to a piece, hardly more.
     allowed = 1.1 * stated + 1e-10 * np.abs(law.traction).max()
     assert np.abs(result.traction - law.traction).max() <= allowed
-    assert (stated == 0) == (name_of(wall) != TabulatedWall.__name__)
-    assert result.force == pytest.approx(law.traction.sum(), abs=72 * allowed)
-    assert result.wall_energy == pytest.approx(law.energy.sum(), abs=72 * allowed)
+    assert (stated == 0) == (name_of(deck.law) != TabulatedWall.__name__)
+    assert ("an atom has its part" in text) == (deck.law is not wall)
+    # Over ranges up to 12 a0.
+    assert result.force == pytest.approx(law.traction.sum() + second.traction.sum(), abs=144 * allowed)
+    assert result.wall_energy == pytest.approx(law.energy.sum() + second.energy.sum(), abs=12 * 144 * allowed)
     # The law of a run is read back.
     read, gap = a.read(tmp_path).wall, np.linspace(0.5, 2.5, 100)
     assert type(read).__name__ == name_of(wall)
@@ -94,7 +102,7 @@ def test_the_pieces_of_a_table_are_as_many_as_its_tolerance_asks_for(tolerance):
     # Between the points where the error was measured, 20 to a piece, it is hardly larger.
     assert (np.abs(looked_up(native.lines, gap) - law) <= 1.1 * tolerance * np.maximum(law, wall.largest_tension)).all()
     assert native.error <= tolerance * wall.traction.max()
-    assert native.lines.count("ternary") == 2  # nothing nests, whatever the tolerance
+    assert native.lines.count("ternary") == 3  # nothing nests, whatever the tolerance
     # On pieces of the length l a Hermite spline errs by l^4/384 times the fourth derivative, of Morse's law
     # 81 (16 d² - d) with d = e^(-3x).  Relative to the traction d² - d, or to the largest tension of 1/4, that is most
     # where both are equal: d = (1 + √2)/2.  The number of pieces grows in steps of a quarter.
@@ -167,7 +175,7 @@ def looked_up(lines: str, gap: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("name", ["lennard-jones-12-6", "exponential", "long table"])
 def test_the_energy_belongs_to_the_force(tmp_path, name):
     deck = spread(WALLS[name])
-    force = run_in_process(write_deck(tmp_path, deck)).traction.sum()
+    force = run_in_process(write_deck(tmp_path, deck)).force
     with Session(tmp_path) as session:
         energy = {h: session.under(replace(deck, separation=1.0 + h)).wall_energy for h in (-1e-5, 1e-5)}
     # Error h²/6 times the third derivative of the energy, about 1e3 per atom near the core; a kink of the table's
@@ -197,14 +205,15 @@ def test_a_new_law_is_written_and_read_by_its_line_in_one_table(tmp_path, monkey
 def test_a_law_without_a_formula_is_written_in_pieces_and_read_as_a_table(tmp_path, wall):
     deck = spread(wall)
     result = run_in_process(write_deck(tmp_path, deck))
-    law, stated = wall.evaluate(result.gap), native_law(wall).error
+    law, stated = deck.law.evaluate(result.gap), native_law(deck.law).error
     within = result.gap > native_start(wall)
     # Where the stiffness of an exponential jumps, by 3 E*/a0, a piece of 10 a0/4096 errs by less than 3/4 of that.
     assert 0 < stated < 2e-3
     assert np.abs(result.traction - law.traction)[within].max() <= 1.1 * stated
     read = a.read(tmp_path).wall
     assert type(read) is TabulatedWall
-    assert np.abs(read.evaluate(result.gap).traction - law.traction)[within].max() <= stated
+    exact, stated = wall.evaluate(result.gap), native_law(wall).error
+    assert np.abs(read.evaluate(result.gap).traction - exact.traction)[within].max() <= stated
 
 
 def native_start(wall: Wall) -> float:

@@ -97,10 +97,11 @@ def test_as_it_gets_cold_the_averages_are_those_of_the_equilibrium(tmp_path):
         # The mean differs by T and third derivatives of the energy, some hundred for each atom, and its own error.
         assert load == pytest.approx(static.force, abs=4 * error + 100 * 20 * temperature)
         differences.append(abs(load - static.force))
-        assert means["area_rep"][0] == pytest.approx(static.area_rep, abs=0.05)
+        # Atoms within four amplitudes of where the traction changes sign touch now and then.
+        close = np.abs(static.gap - WALL.zero_gap) < 4 * (temperature / Springs().stiffness) ** 0.5
+        assert means["area_rep"][0] == pytest.approx(static.area_rep, abs=float(close.mean()))
         assert read_result(directory).status is DeckStatus.AVERAGED
     assert differences[1] < 0.2 * differences[0]
-    assert means["area_rep"][0] == pytest.approx(static.area_rep, abs=1e-12)
 
 
 @pytest.mark.long
@@ -152,7 +153,7 @@ def test_nothing_that_slides_without_a_jump_has_friction(tmp_path):
     motion = Motion(
         (0.9,) * (count + 2),
         (0.0, *np.linspace(0, way, count + 1)),
-        (20.0,) + (way / count / 0.012,) * count,
+        (20.0,) + (way / count / 0.01,) * count,
         0.0, 2, 2.0, 1, STEP,
     )  # fmt: skip
     slab = Slab((4, 3), 3)

@@ -27,7 +27,7 @@ from atomistic.lammps.engine import open_library, run_command, run_in_process
 from atomistic.lammps.plugin import PluginError, pieces_of_law, plugin_library
 from atomistic.lammps.shape import HeightSpline, Waves, map_error, map_of, shape_notes
 from continuum.model.walls import Wall
-from tests.atomistic.lammps.test_law import WALLS, spread
+from tests.atomistic.lammps.test_law import WALLS, below, spread
 from tests.problems import two_ranks
 
 if TYPE_CHECKING:
@@ -93,11 +93,11 @@ def test_a_state_relaxed_before_is_at_rest_under_the_map_that_the_plugin_has_of_
 def test_the_plugin_is_the_law_above_a_site(tmp_path, name):
     deck = spread(WALLS[name])
     result = run_in_process(write_deck(tmp_path, replace(deck, wall_force="plugin")))
-    law = deck.wall.evaluate(result.gap)
+    law, second = deck.law.evaluate(result.gap), deck.law.evaluate(below(deck))
     scale = np.abs(law.traction).max()
     assert np.abs(result.traction - law.traction).max() < 1e-12 * scale
-    assert result.force == pytest.approx(law.traction.sum(), abs=72e-12 * scale)
-    assert result.wall_energy == pytest.approx(law.energy.sum(), abs=72e-12 * scale)
+    assert result.force == pytest.approx(law.traction.sum() + second.traction.sum(), abs=144e-12 * scale)
+    assert result.wall_energy == pytest.approx(law.energy.sum() + second.energy.sum(), abs=144e-12 * scale)
 
 
 @compiler
@@ -118,8 +118,8 @@ def test_the_plugin_is_the_spline_where_the_atoms_are(tmp_path):
         assert getattr(result, name) == pytest.approx(getattr(formulas, name), abs=35e-12 * scale)
     # The calculator of ASE is this wall, too.
     wall = a.RoughWall(spline.heights, deck.slab.to_atoms(), 1.0, deck.wall)
-    forces = wall.get_forces(deck.slab.to_atoms(deck.start))[:35]
-    assert np.allclose(-forces[:, 2], result.traction.ravel(), rtol=0, atol=1e-12 * scale)
+    forces = wall.get_forces(deck.slab.to_atoms(deck.start))[:70]
+    assert np.allclose(-forces[:35, 2], result.traction.ravel(), rtol=0, atol=1e-12 * scale)
     assert np.allclose(forces.sum(axis=0)[:2], [result.lateral_x, result.lateral_y], rtol=0, atol=35e-12 * scale)
 
 
