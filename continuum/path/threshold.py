@@ -21,6 +21,7 @@ which exists up to χ = 1/4.  The threshold lies between them; how far they are 
 change.  No number is fitted.  It is stated, with what it was tested on, in docs/law.md.
 """
 
+import warnings
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import NamedTuple
@@ -29,6 +30,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from continuum.keys import LARGEST, SMALLEST
 from continuum.measure.contact import area_by_lines
 from continuum.measure.outline import patches, perimeter_map
 from continuum.model.fourier import Real
@@ -219,6 +221,8 @@ class PressedState:
         @cache
         def excess(logarithm: float) -> float:
             work = float(np.exp(logarithm))
+            if not SMALLEST <= work <= LARGEST:  # no law has it
+                return NOTHING
             pull = self.grid.mean(self.attraction(law_of(work))[0])
             return float(np.log(pull * work / self.load)) if pull > 0 else NOTHING
 
@@ -226,7 +230,9 @@ class PressedState:
         other = start - excess(start)
         if excess(other) == excess(start) == NOTHING:
             return np.nan
-        found = scipy.optimize.root_scalar(excess, x0=start, x1=other, xtol=1e-6, maxiter=40)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # two trials without attraction: it has not converged
+            found = scipy.optimize.root_scalar(excess, x0=start, x1=other, xtol=1e-6, maxiter=40)
         return float(np.exp(found.root)) if found.converged else np.nan
 
     def deciding_heights(self, wall: Wall) -> Real:
