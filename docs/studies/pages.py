@@ -15,6 +15,7 @@ import numpy as np
 from pandas import DataFrame, Series, concat, read_csv
 
 from docs.studies import (
+    adhesion_curve_judged,
     bandwidth,
     claims,
     classes,
@@ -322,6 +323,10 @@ MADE: dict[str, Callable[[], str]] = {
     "one_state": lambda: "\n".join(one_state_judged.tables(one_state_judged.read())),
     "kappa_of_one_state": lambda: "\n".join(kappa_of_one_state.taken(_stored("one-state-kappa.csv"))),
     "kappa_of_one_state.drifts": lambda: "\n".join(kappa_of_one_state.drifts()),
+    "adhesion_curve": lambda: adhesion_curve_judged.verdicts(adhesion_curve_judged.read()).markdown(),
+    "adhesion_curve.kinds": lambda: adhesion_curve_judged.by_kind(adhesion_curve_judged.read()).markdown(),
+    "adhesion_curve.worst": lambda: adhesion_curve_judged.whole(adhesion_curve_judged.read()),
+    "adhesion_curve.loops": lambda: str(len(adhesion_curve_judged.read())),
     "spots": lambda: spots.judged(_stored("spots.csv")).markdown(),
     "spots.verdicts": lambda: spots.verdicts(_stored("spots.csv")),
     "classes": lambda: classes.verdicts(classes.read()).markdown().partition("\n")[2].strip(),
