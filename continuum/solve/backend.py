@@ -96,6 +96,17 @@ SPREAD = 0.1
 """Share of contact near by at which that extension is half the mean of the contact there."""
 
 
+REACH = 3
+"""Points that the kernel of the preconditioner of a contact's own step reaches."""
+
+
+def kernel_points(grid: Grid) -> tuple[tuple[int, int], list[tuple[int, int]]]:
+    """How far that kernel reaches along x and y, and its points: those of a disc."""
+    rows, columns = (min(REACH, (n - 1) // 2) for n in grid.shape)
+    square = [(i, j) for i in range(-rows, rows + 1) for j in range(-columns, columns + 1)]
+    return (rows, columns), [(i, j) for i, j in square if i * i + j * j <= REACH * REACH]
+
+
 def factor_of(excess: Callable[[float], float]) -> float | None:
     """The factor of a pressure at which an excess vanishes that grows with it; None if there is none."""
     low, high = 0.0, 1.0

@@ -49,8 +49,50 @@ class Descending(Protocol):
         """The same modes with s = M g after all: of their sums <g s> and <s K s>."""
 
 
+class Contact(Protocol):
+    """The equations (1/D + G) y = G g of the contact of a grid, D being the stiffness of the wall there and G = 1/K.
+
+    Vectors are over the contact: the residual r, t = M r and the direction p.  The mean of u is held: that of G is zero.
+    """
+
+    def find(self, stiff: float) -> tuple[float, float]:
+        """Find the contact: where the wall is stiffer than a part of K of the stiffest wave.
+
+        Returns the share of the points, and the mean stiffness of the wall there over that K; zeros where the mean of u
+        is not held.
+        """
+
+    def gradient(self, alpha: float, *, complete: bool) -> float:
+        """Finish the last step, of length ``alpha``: g; returns its root mean square.
+
+        g that is not ``complete`` lacks the traction of z, or that of the last step.
+        """
+
+    def pose(self) -> None:
+        """Set y to 0 and r to G g, for the contact that was found last."""
+
+    def precondition(self) -> float:
+        """Set t <- M r; returns <r t>, a sum over the contact."""
+
+    def curvature(self, beta: float) -> float:
+        """Set p <- t + beta p; returns <p (1/D + G) p>, a sum over the contact."""
+
+    def advance(self, alpha: float) -> None:
+        """Set y <- y + alpha p, and r with it."""
+
+    def step(self) -> Real:
+        """The step s of the traction y, less r on the contact; <g s>, <s K s>, <s K d>, <s φ'' d> and <d φ'' d>."""
+
+    def new_direction(self, beta: float) -> float:
+        """Set d <- beta d - s; returns <φ'' d d> over the points near the wall."""
+
+
 class SmoothGrid(Descending, Protocol):
     """Gap z and direction d over the points, spectra of the gradient and of d; and the coarser grids."""
+
+    @property
+    def contact(self) -> Contact | None:
+        """The equations of its contact; None on grids for which there is no step of those."""
 
     @property
     def size(self) -> int:

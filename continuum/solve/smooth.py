@@ -29,14 +29,15 @@ the grids, whose operations (:class:`continuum.solve.grids.SmoothGrid`) return s
 import time
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
+from continuum.solve import contact
 from continuum.solve.conjugate import Line, coarse_step, conjugate_line
 from continuum.solve.grids import SmoothGrid
+from continuum.solve.line_search import LARGEST_RISE, Step, step_along
 from continuum.solve.solution import Closer, Goal, Iteration, Settings, Solution, Status
 
 COARSE_TOLERANCES, WARM_TOLERANCES = (3e1, 1e2, 1e3, 1e4), (1e2, 1e3, 1e3, 1e4)
@@ -50,15 +51,10 @@ FAR = 1e5
 """A start whose residual is larger is not taken to tiles: conjugate gradients bring it closer in fewer pairs."""
 COARSE_LIMIT = 400
 """Iterations on each coarser grid of a cold start, at most."""
-SLOPE_REDUCTION, SLOPE_ACCEPTED = 0.1, 0.5
-"""A Newton step made at once, or a line search near the wall, lowers the slope to the first part; over all points the
-second must hold after a line search."""
 PATIENCE, SLOW = 8, 0.2
 """A solve stalls where its residual, over so many iterations, does not fall below this part."""
 BOX_TOLERANCE, BOX_ITERATIONS = 0.1, 400
 """Tolerance in a box, in units of that of the surface if all of its residual were there; and iterations, at most."""
-LARGEST_RISE = 1e-12
-"""A rise of the energy by this part of its size is rounding."""
 
 
 def minimise(
@@ -178,21 +174,6 @@ def _unstick(grid: SmoothGrid, levels: int, shift: float, goal: Goal, *, snaps: 
     return _relax_boxes(grid, shift, goal.bound)
 
 
-class _Step(NamedTuple):
-    """A step along the direction."""
-
-    length: float = 0.0
-    """α; NaN if none was found."""
-    slope: float = 0.0
-    """Slope after it."""
-    rise: float = 0.0
-    """Change of the energy per point."""
-    size_of_energy: float = 0.0
-    """Mean of |φ|."""
-    newton: bool = True
-    """Whether Newton's first step was good enough."""
-
-
 def _descend(
     grid: SmoothGrid,
     levels: int,
@@ -208,9 +189,16 @@ def _descend(
 
     Without ``boxes`` it is only a start that is looked for, and may stall.
     """
-    coarse = grid.linear is not None and levels > 1
-    line, step = Line(), _Step()
-    energy, moved, since, carried = 0.0, len(history), len(history), 0
+    coarse, energy = grid.linear is not None and levels > 1, 0.0
+    if iterations and grid.contact is not None and contact.pays(grid.contact):
+        began = len(history)
+        status = contact.descend(grid, goal, iterations, history, complete=complete)
+        if status is not None:
+            return status
+        energy, complete = history.pop().energy, True
+        iterations -= len(history) - began
+    line, step = Line(), Step()
+    moved, since, carried = len(history), len(history), 0
     for iteration in range(iterations + 1):
         known = complete and iteration == 0
         sums = grid.gradient(shift, step.length, line.beta, coarse=coarse, complete=known)
@@ -232,13 +220,13 @@ def _descend(
             if not np.isfinite(change):
                 since, carried = len(history), carried + 1
             energy += change
-            line, step = Line(), _Step()
+            line, step = Line(), Step()
             continue
         conjugate = True
         if coarse:
             sums, conjugate = coarse_step(grid, levels, shift, sums)
         line = conjugate_line(sums, line, step.slope, conjugate)
-        step = _step(grid, line, grid.new_direction(line.beta, coarse=coarse), newton=step.newton)
+        step = step_along(grid, line, grid.new_direction(line.beta, coarse=coarse), newton=step.newton)
         if not np.isfinite(step.length):
             return Status.LINE_SEARCH
         if step.rise > LARGEST_RISE * step.size_of_energy:
@@ -246,53 +234,3 @@ def _descend(
             return Status.ENERGY_ROSE
         energy += step.rise
     return Status.ITERATION_LIMIT
-
-
-def _step(grid: SmoothGrid, line: Line, stiffness: float, *, newton: bool) -> _Step:
-    """Step along d: Newton's; where the wall softens, of the substrate alone.
-
-    It is made at once if the last one was good, since it then mostly is again; else the points near the wall are asked
-    first how far to go.
-    """
-    _, slope, curvature = line
-    first = curvature + max(stiffness, 0.0)
-    alpha = first = -slope / first if first > 0 else 1.0
-    if not newton:
-        alpha = _line_search(grid, line, first, 0.0, slope)
-    step = alpha
-    low, high = 0.0, np.inf
-    for trial in range(60):
-        f, second, size_of_energy = grid.move(step, alpha)
-        after = slope + alpha * curvature + f
-        surprised = trial > 0 or not newton
-        if abs(after) <= (SLOPE_ACCEPTED if surprised else SLOPE_REDUCTION) * abs(slope):
-            rise = alpha * (slope + 0.5 * alpha * curvature) + second
-            return _Step(alpha, after, rise if trial == 0 else min(rise, 0.0), size_of_energy, alpha == first)
-        low, high = (alpha, high) if after < 0 else (low, alpha)
-        if surprised:
-            # Points far from the wall have come near it, which the line search did not see: rare.
-            target = (low + high) / 2 if np.isfinite(high) else 2 * alpha
-        else:
-            secant = alpha * min(slope / (slope - after), 4.0) if after > slope else 4 * alpha
-            target = _line_search(grid, line, secant, alpha, after)
-        step, alpha = target - alpha, target
-    return _Step(np.nan)
-
-
-def _line_search(grid: SmoothGrid, line: Line, alpha: float, here: float, after: float) -> float:
-    """Step length at which the slope, ``after`` where the gap is ``here``, has fallen to a part of the first.
-
-    Newton's method from alpha, inside a bracket, over the points near the wall.
-    """
-    low, high = (here, np.inf) if after < 0 else (0.0, here)
-    for _ in range(40):
-        f, c = grid.line(alpha - here)
-        f, c = after + (alpha - here) * line.curvature + f, line.curvature + c
-        if not np.isfinite(f) or abs(f) <= SLOPE_REDUCTION * abs(line.slope):
-            break
-        low, high = (alpha, high) if f < 0 else (low, alpha)
-        newton = alpha - f / c if c > 0 else np.inf
-        if not low < newton < high:
-            newton = (low + high) / 2 if np.isfinite(high) else 4 * alpha
-        alpha = min(newton, 10 * alpha)
-    return alpha

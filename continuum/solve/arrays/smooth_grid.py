@@ -17,6 +17,7 @@ from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.arrays import passes
+from continuum.solve.arrays.contact import ArrayContact
 from continuum.solve.arrays.library import Array, Library
 from continuum.solve.arrays.modes import Modes, mean, square, without_mean
 from continuum.solve.backend import SHORT_WAVES
@@ -153,6 +154,7 @@ class ArraySmoothGrid(_Descending):
     FIELDS = 22.0
     """Memory that a solve needs, in fields of the finest grid, where a pass has no intermediate ones."""
     boxes, corrected = None, False
+    contact: ArrayContact | None = None
     law: Law
     wall: passes.DeviceLaw
     pressure = np.nan
@@ -188,6 +190,7 @@ class ArraySmoothGrid(_Descending):
             K = cut(stiffness_q, below.shape_q)
             self.coarser = ArraySmoothGrid(library, below, K, smallest, precision, coarser - 1, sampled=sampled)
             self.linear = ArrayLinearGrid(library, below, K, precision, self.coarser.linear)
+            self.contact = ArrayContact(self, float(stiffness_q[:, 1:].max()))
 
     @property
     def chain(self) -> list[ArraySmoothGrid]:
@@ -318,6 +321,8 @@ class ArraySmoothGrid(_Descending):
         self.z = self.d = self.traction = self.stiffness = self.offset = self.start = None
         self._change = None
         self._before = None, 0.0
+        if self.contact is not None:
+            self.contact.forget()
 
     # --- what only processor cores have ------------------------------------------------------------------------
 

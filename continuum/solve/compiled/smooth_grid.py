@@ -13,6 +13,7 @@ from continuum.model.laws import Law
 from continuum.solve.boxes import Boxes
 from continuum.solve.compiled import points, sweeps, tractions
 from continuum.solve.compiled.compiling import Single
+from continuum.solve.compiled.contact import CompiledContact
 from continuum.solve.compiled.linear import CompiledLinearGrid, SteppedPasses
 from continuum.solve.compiled.passes import Sweep, reused
 from continuum.solve.compiled.tractions import Pull
@@ -49,6 +50,7 @@ class CompiledSmoothGrid(SteppedPasses):
     """Traction of the wall at z; its stiffness is kept beside it in single precision."""
     stiffness = NO_STIFFNESS
     corrected = False
+    contact: CompiledContact | None = None
 
     def __init__(
         self: Self,
@@ -71,6 +73,7 @@ class CompiledSmoothGrid(SteppedPasses):
             under = type(self)(below, K, threads, *self._of_grids, coarser - 1, sampled=sampled)
             self.coarser = under
             self.linear = CompiledLinearGrid(below, K, threads, precision, under.linear, (under.g, under.d, under.w))
+            self.contact = CompiledContact(self, stiffness_q, threads, precision)
         self.boxes = Boxes.on(grid, stiffness_q)
         self.box_pairs = 0.0
 
@@ -119,6 +122,8 @@ class CompiledSmoothGrid(SteppedPasses):
         """Give the memory of the fields back."""
         self.z = self.direction = self.offset = NONE
         self.forget_wall()
+        if self.contact is not None:
+            self.contact.forget()
 
     def forget_wall(self) -> None:
         """Give that of traction and stiffness back."""

@@ -1,0 +1,170 @@
+"""The equations of a contact on the arrays of a library, in the words of :class:`continuum.solve.grids.Contact`.
+
+A vector over the contact has room for a power of two of points, so that a library compiles few shapes; a field is made
+of it by the number that each point has in it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from continuum.model.fourier import Real
+from continuum.solve.arrays.library import Array, fused
+from continuum.solve.arrays.modes import mean, square, sum_of, without_mean
+from continuum.solve.backend import kernel_points
+
+if TYPE_CHECKING:
+    from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
+
+
+class ArrayContact:
+    """The equations of the contact of a grid."""
+
+    a: Array
+    """G g, of which what y takes is gone."""
+    at: Array
+    """Place of each point of the contact in a field; zero beyond the last."""
+    number: Array
+    """Number of each point of a field in the contact, and of a zero behind that for all others."""
+    compliance: Array
+    """1/D on the contact, zero beyond."""
+    r: Array
+    t: Array
+    p: Array
+    Gp: tuple[Array, Array]
+    """G p over the points, and (1/D + G) p on the contact."""
+
+    def __init__(self, grid: ArraySmoothGrid, stiffest: float) -> None:
+        self.grid, self.library, self.xp = grid, grid.library, grid.xp
+        self.stiffest = stiffest
+        _, self._near = kernel_points(grid.grid)
+        self._kernels: dict[float, list[float]] = {}
+        self._found: tuple[Array, float] = math.nan, math.nan
+
+    def find(self, stiff: float) -> tuple[float, float]:
+        if not self.grid.held:
+            return 0.0, 0.0
+        least = self.library.number(stiff * self.stiffest)
+        share, stiffness = self.library.numbers(*_contact(self.library, self.grid.stiffness, least))
+        self._found = least, stiffness / share if share else 0.0
+        return share, self._found[1] / self.stiffest
+
+    def forget(self) -> None:
+        """Give the memory of fields and vectors back."""
+        self.a = self.at = self.number = self.compliance = self.r = self.t = self.p = self.s = self.s_q = None
+        self.Gp = None, None
+
+    def gradient(self, alpha: float, *, complete: bool) -> float:
+        grid = self.grid
+        if not complete:
+            work, step = grid.forward(grid._change), self.library.number(alpha)
+            grid.g = _finished(self.library, grid.g, grid.d_q, work, grid.K, step, grid.marks, held=grid.held)
+        return math.sqrt(square(self.library, grid.g, grid.marks.weights))
+
+    def pose(self) -> None:
+        grid, xp = self.grid, self.xp
+        least, stiffness = self._found
+        self._kernel = self._kernel_of(stiffness)
+        stiff = xp.reshape(grid.stiffness, (-1,))
+        inside = stiff > least
+        (at,) = xp.nonzero(inside)
+        points = at.shape[0]
+        room = 1 << max(points - 1, 1).bit_length()
+        self.at = xp.concat([at, xp.zeros((room - points,), dtype=at.dtype, device=self.library.device)])
+        numbers = xp.cumulative_sum(xp.astype(inside, xp.int64)) - 1
+        self.number = xp.reshape(xp.where(inside, numbers, room), grid.grid.shape)
+        valid = xp.arange(room, device=self.library.device) < points
+        self.compliance = xp.where(valid, 1 / xp.where(valid, xp.astype(xp.take(stiff, self.at), xp.float64), 1.0), 0.0)
+        self._valid = xp.astype(valid, xp.float64)
+        self.a = grid.inverse(self._comply(grid.g))
+        self.r = self._on(self.a)
+        self.p = self.library.zeros((room,))
+
+    def precondition(self) -> float:
+        rows, columns = self.at // self.grid.grid.shape[1], self.at % self.grid.grid.shape[1]
+        field = _flat(self.xp, self._spread(self.r))
+        total: Any = 0.0
+        for (i, j), weight in zip(self._near, self._kernel, strict=True):
+            nx, ny = self.grid.grid.shape
+            total = total + weight * self.xp.take(field, (rows + i) % nx * ny + (columns + j) % ny)
+        self.t = total * self._valid
+        return float(self.xp.sum(self.r * self.t))
+
+    def curvature(self, beta: float) -> float:
+        grid = self.grid
+        self.p = self.t + beta * self.p
+        field = grid.inverse(self._comply(grid.forward(self._spread(self.p))))
+        self.Gp = field, self.compliance * self.p + self._on(field)
+        return float(self.xp.sum(self.p * self.Gp[1]))
+
+    def advance(self, alpha: float) -> None:
+        field, vector = self.Gp
+        self.a, self.r = self.a - alpha * field, self.r - alpha * vector
+
+    def step(self) -> Real:
+        grid = self.grid
+        s = self.a - self._spread(self.r)
+        self.s = s - mean(self.xp, s)
+        self.s_q = grid.forward(self.s)
+        waves = grid.g, grid.d_q, self.s_q, grid.K, grid.marks
+        d = grid.zeros() if grid.d is None else grid.d
+        sums = _sums(self.library, *waves, self.s, d, grid.stiffness)
+        return self.library.get(sums)
+
+    def new_direction(self, beta: float) -> float:
+        grid, b = self.grid, self.library.number(beta)
+        grid.d_q = b * grid.d_q - self.s_q
+        grid.d = -self.s if grid.d is None else b * grid.d - self.s
+        return float(mean(self.xp, grid.stiffness * grid.d * grid.d))
+
+    def _comply(self, spectrum: Array) -> Array:
+        """G times a spectrum, whose mean becomes zero."""
+        grid = self.grid
+        return without_mean(self.xp, spectrum / grid.K, grid.marks)
+
+    def _on(self, field: Array) -> Array:
+        """A field on the contact."""
+        return self.xp.take(_flat(self.xp, field), self.at) * self._valid
+
+    def _spread(self, vector: Array) -> Array:
+        """The field of a vector, zero off the contact."""
+        zero = self.library.zeros((1,))
+        values = self.xp.take(self.xp.concat([vector, zero]), _flat(self.xp, self.number))
+        return self.xp.reshape(values, self.grid.grid.shape)
+
+    def _kernel_of(self, stiffness: float) -> list[float]:
+        """K/(1 + K/k) over points, which the surface and a contact of stiffness k have in series."""
+        k = 2.0 ** round(math.log2(stiffness))
+        if k not in self._kernels:
+            grid = self.grid
+            M = grid.K / (1 + grid.K / k) * self.library.put([1.0, 0.0])
+            field = self.library.get(grid.inverse(M)) / grid.size
+            self._kernels[k] = [float(field[i % field.shape[0], j % field.shape[1]]) for i, j in self._near]
+        return self._kernels[k]
+
+
+def _flat(xp: Any, field: Array) -> Array:
+    return xp.reshape(field, (-1,))
+
+
+@fused
+def _contact(xp: Any, stiffness: Array, least: Array) -> tuple[Array, Array]:
+    """Share of the points where the wall is stiffer, and mean of its stiffness there."""
+    inside = stiffness > least
+    return mean(xp, xp.astype(inside, xp.float64)), mean(xp, xp.where(inside, stiffness, 0.0))
+
+
+@fused
+def _finished(xp: Any, g: Array, d: Array, work: Array, K: Array, alpha: Array, marks: Any, *, held: bool) -> Array:
+    g = g + alpha * K * d + work
+    return without_mean(xp, g, marks) if held else g
+
+
+@fused
+def _sums(
+    xp: Any, g: Array, d_q: Array, s_q: Array, K: Array, marks: Any, s: Array, d: Array, stiffness: Array
+) -> Array:
+    w = marks.weights
+    waves = [sum_of(xp, w * each) for each in (g * s_q, s_q * K * s_q, s_q * K * d_q)]
+    return xp.stack([*waves, mean(xp, stiffness * s * d), mean(xp, stiffness * d * d)])

@@ -1,0 +1,95 @@
+"""Steps that solve the equations of a stiff contact, for a wall that is stiffer than the substrate's shortest waves.
+
+With the stiffness D of the wall on the contact, where it is stiff, and G = 1/K, Newton's equation (K + D) s = g is one
+for a traction y on the contact alone::
+
+    (1/D + G) y = G g  on the contact,   y = 0  elsewhere
+    s = G (g - y)  off the contact,   y/D  on it
+
+A few conjugate gradients solve it, preconditioned by K and the stiffness k of the contact in series, K/(1 + K/k): about
+the inverse of 1/k + G, with a kernel of a few points, so that it needs no transform.  What they leave is put on the
+contact.  As attraction takes no part, s is a direction only, conjugate to the last one under K + φ''.
+
+A step takes one and a half pairs of transforms, and one for each conjugate gradient; no coarser grid takes part.  Under
+a wall as soft as the substrate, or with much contact, steps of coarser grids (:mod:`continuum.solve.smooth`) cost less.
+The mean of u is held, or G would have a mean that is large or infinite.
+"""
+
+import numpy as np
+
+from continuum.solve.conjugate import Line
+from continuum.solve.grids import Contact, SmoothGrid
+from continuum.solve.line_search import LARGEST_RISE, Step, step_along
+from continuum.solve.solution import Goal, Iteration, Status
+
+STIFF = 0.1
+"""Points belong to the contact where the wall is stiffer than this part of K of the stiffest wave."""
+STIFFEST, LARGEST = 1.5, 0.12
+"""The contact's own step is made where the mean stiffness on the contact is at least so many K of the stiffest wave,
+and the contact at most this share of the points."""
+REDUCTION, DIRECTIONS = 0.1, 8
+"""A step's equations are solved to this part of their residual, or in so many directions."""
+PATIENCE, SLOW = 5, 0.5
+"""Where so many iterations leave more than this part of the residual, a rim snaps, for which coarser grids do more."""
+
+
+def pays(contact: Contact) -> bool:
+    """Whether the state at hand is one for the contact's own step."""
+    share, stiffness = contact.find(STIFF)
+    return 0 < share <= LARGEST and stiffness >= STIFFEST
+
+
+def descend(
+    grid: SmoothGrid, goal: Goal, iterations: int, history: list[Iteration], *, complete: bool
+) -> Status | None:
+    """Minimise by steps of the contact from z and g, which is complete or lacks the traction of the wall.
+
+    Returns None, with g complete, where such steps pay no more.
+    """
+    assert grid.contact is not None
+    line, step, energy = Line(), Step(), 0.0
+    for iteration in range(iterations + 1):
+        residual = grid.contact.gradient(step.length, complete=complete and iteration == 0)
+        history.append(Iteration(residual, energy, step.length))
+        if not np.isfinite(residual):
+            grid.clear()
+            return Status.NON_FINITE
+        if goal.reached(residual, grid.look):
+            return Status.CONVERGED
+        if iteration == iterations:
+            return Status.ITERATION_LIMIT
+        if _slow(history[-1 - iteration :]) or not pays(grid.contact):
+            return None
+        line = _direction(grid.contact, line, step.slope)
+        step = step_along(grid, line, grid.contact.new_direction(line.beta), newton=step.newton)
+        if not np.isfinite(step.length):
+            return Status.LINE_SEARCH
+        if step.rise > LARGEST_RISE * step.size_of_energy:
+            history.append(Iteration(residual, energy + step.rise, step.length))
+            return Status.ENERGY_ROSE
+        energy += step.rise
+    return None
+
+
+def _slow(history: list[Iteration]) -> bool:
+    """Whether the residual has hardly fallen over the last few iterations."""
+    return len(history) > PATIENCE and not history[-1].residual < SLOW * history[-1 - PATIENCE].residual
+
+
+def _direction(contact: Contact, last: Line, after: float) -> Line:
+    """Solve the equations of the contact; the next direction is conjugate to the last one under K + φ''."""
+    contact.pose()
+    beta = 0.0
+    residual = first = contact.precondition()
+    for _ in range(DIRECTIONS):
+        contact.advance(residual / contact.curvature(beta))
+        before, residual = residual, contact.precondition()
+        if residual <= REDUCTION**2 * first:
+            break
+        beta = residual / before
+    gs, ss, sd, pull, dd = contact.step()
+    curvature = last.curvature + dd if last.curvature else 0.0  # no direction before the first
+    beta = max(0.0, (sd + pull) / curvature) if curvature > 0 else 0.0
+    if beta * after >= gs:
+        beta = 0.0
+    return Line(beta, beta * after - gs, ss - 2 * beta * sd + beta * beta * last.curvature)
