@@ -49,10 +49,10 @@ class Descending(Protocol):
         """The same modes with s = M g after all: of their sums <g s> and <s K s>."""
 
 
-class Contact(Protocol):
+class StiffContact(Protocol):
     """The equations (1/D + G) y = G g of the contact of a grid, D being the stiffness of the wall there and G = 1/K.
 
-    Vectors are over the contact: the residual r, t = M r and the direction p.  The mean of u is held: that of G is zero.
+    Vectors are over the contact: the residual r, t = M r, the direction p.  The mean of u is held: that of G is zero.
     """
 
     def find(self, stiff: float) -> tuple[float, float]:
@@ -91,7 +91,7 @@ class SmoothGrid(Descending, Protocol):
     """Gap z and direction d over the points, spectra of the gradient and of d; and the coarser grids."""
 
     @property
-    def contact(self) -> Contact | None:
+    def contact(self) -> StiffContact | None:
         """The equations of its contact; None on grids for which there is no step of those."""
 
     @property

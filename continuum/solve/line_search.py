@@ -29,7 +29,7 @@ class Step(NamedTuple):
     """Whether Newton's first step was good enough."""
 
 
-def step_along(grid: SmoothGrid, line: Line, stiffness: float, *, newton: bool) -> Step:
+def take_step(grid: SmoothGrid, line: Line, stiffness: float, *, newton: bool) -> Step:
     """Step along d: Newton's; where the wall softens, of the substrate alone.
 
     It is made at once if the last one was good, since it then mostly is again; else the points near the wall are asked

@@ -37,7 +37,7 @@ from continuum.model.laws import Law
 from continuum.solve import contact
 from continuum.solve.conjugate import Line, coarse_step, conjugate_line
 from continuum.solve.grids import SmoothGrid
-from continuum.solve.line_search import LARGEST_RISE, Step, step_along
+from continuum.solve.line_search import LARGEST_RISE, Step, take_step
 from continuum.solve.solution import Closer, Goal, Iteration, Settings, Solution, Status
 
 COARSE_TOLERANCES, WARM_TOLERANCES = (3e1, 1e2, 1e3, 1e4), (1e2, 1e3, 1e3, 1e4)
@@ -226,7 +226,7 @@ def _descend(
         if coarse:
             sums, conjugate = coarse_step(grid, levels, shift, sums)
         line = conjugate_line(sums, line, step.slope, conjugate)
-        step = step_along(grid, line, grid.new_direction(line.beta, coarse=coarse), newton=step.newton)
+        step = take_step(grid, line, grid.new_direction(line.beta, coarse=coarse), newton=step.newton)
         if not np.isfinite(step.length):
             return Status.LINE_SEARCH
         if step.rise > LARGEST_RISE * step.size_of_energy:

@@ -1,4 +1,4 @@
-"""The equations of a contact on the arrays of a library, in the words of :class:`continuum.solve.grids.Contact`.
+"""The equations of a contact on the arrays of a library, in the words of :class:`continuum.solve.grids.StiffContact`.
 
 A vector over the contact has room for a power of two of points, so that a library compiles few shapes; a field is made
 of it by the number that each point has in it.
@@ -7,15 +7,24 @@ of it by the number that each point has in it.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from continuum.model.fourier import Real
 from continuum.solve.arrays.library import Array, fused
-from continuum.solve.arrays.modes import mean, square, sum_of, without_mean
+from continuum.solve.arrays.modes import Modes, mean, square, sum_of, without_mean
 from continuum.solve.backend import kernel_points
 
-if TYPE_CHECKING:
-    from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
+
+class PressedModes(Modes):
+    """A grid on which a wall presses: what its contact needs to know."""
+
+    g: Array
+    d_q: Array
+    d: Array = None
+    stiffness: Array = None
+    change: Array = None
+    """Change of the traction by the last step; all of it where that is not in the gradient yet."""
+    held = False
 
 
 class ArrayContact:
@@ -32,10 +41,12 @@ class ArrayContact:
     r: Array
     t: Array
     p: Array
+    s: Array
+    s_q: Array
     Gp: tuple[Array, Array]
     """G p over the points, and (1/D + G) p on the contact."""
 
-    def __init__(self, grid: ArraySmoothGrid, stiffest: float) -> None:
+    def __init__(self, grid: PressedModes, stiffest: float) -> None:
         self.grid, self.library, self.xp = grid, grid.library, grid.xp
         self.stiffest = stiffest
         _, self._near = kernel_points(grid.grid)
@@ -46,7 +57,7 @@ class ArrayContact:
         if not self.grid.held:
             return 0.0, 0.0
         least = self.library.number(stiff * self.stiffest)
-        share, stiffness = self.library.numbers(*_contact(self.library, self.grid.stiffness, least))
+        share, stiffness = self.library.numbers(*_share(self.library, self.grid.stiffness, least))
         self._found = least, stiffness / share if share else 0.0
         return share, self._found[1] / self.stiffest
 
@@ -58,7 +69,7 @@ class ArrayContact:
     def gradient(self, alpha: float, *, complete: bool) -> float:
         grid = self.grid
         if not complete:
-            work, step = grid.forward(grid._change), self.library.number(alpha)
+            work, step = grid.forward(grid.change), self.library.number(alpha)
             grid.g = _finished(self.library, grid.g, grid.d_q, work, grid.K, step, grid.marks, held=grid.held)
         return math.sqrt(square(self.library, grid.g, grid.marks.weights))
 
@@ -109,7 +120,7 @@ class ArrayContact:
         self.s_q = grid.forward(self.s)
         waves = grid.g, grid.d_q, self.s_q, grid.K, grid.marks
         d = grid.zeros() if grid.d is None else grid.d
-        sums = _sums(self.library, *waves, self.s, d, grid.stiffness)
+        sums = _step_sums(self.library, *waves, self.s, d, grid.stiffness)
         return self.library.get(sums)
 
     def new_direction(self, beta: float) -> float:
@@ -149,7 +160,7 @@ def _flat(xp: Any, field: Array) -> Array:
 
 
 @fused
-def _contact(xp: Any, stiffness: Array, least: Array) -> tuple[Array, Array]:
+def _share(xp: Any, stiffness: Array, least: Array) -> tuple[Array, Array]:
     """Share of the points where the wall is stiffer, and mean of its stiffness there."""
     inside = stiffness > least
     return mean(xp, xp.astype(inside, xp.float64)), mean(xp, xp.where(inside, stiffness, 0.0))
@@ -162,7 +173,7 @@ def _finished(xp: Any, g: Array, d: Array, work: Array, K: Array, alpha: Array, 
 
 
 @fused
-def _sums(
+def _step_sums(
     xp: Any, g: Array, d_q: Array, s_q: Array, K: Array, marks: Any, s: Array, d: Array, stiffness: Array
 ) -> Array:
     w = marks.weights

@@ -17,7 +17,7 @@ from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.arrays import passes
-from continuum.solve.arrays.contact import ArrayContact
+from continuum.solve.arrays.contact import ArrayContact, PressedModes
 from continuum.solve.arrays.library import Array, Library
 from continuum.solve.arrays.modes import Modes, mean, square, without_mean
 from continuum.solve.backend import SHORT_WAVES
@@ -139,7 +139,7 @@ class ArrayLinearGrid(_Descending):
         return moved, self.x
 
 
-class ArraySmoothGrid(_Descending):
+class ArraySmoothGrid(_Descending, PressedModes):
     """Gap z and direction d over the points, spectra of the gradient and of d; and the coarser grids.
 
     Parameters
@@ -161,10 +161,7 @@ class ArraySmoothGrid(_Descending):
     offset: Array = None
     start: Array = None
     z: Array = None
-    d: Array = None
     traction: Array = None
-    _change: Array = None
-    """Change of the traction by the last step; all of it where that is not in the gradient yet."""
     _energy: Any = 0.0
     """Mean of φ at z."""
     _before: tuple[Array, Any] = None, 0.0
@@ -252,12 +249,12 @@ class ArraySmoothGrid(_Descending):
         pressed = passes.respond_at(self.library, self.offset, u, wall.parameters, law=wall.formula)
         self.z, self.traction, self.stiffness, self._energy = pressed
         force = self.library.put([self.pressure, 0.0])
-        self._change, self.g = self.traction, self.K * self.forward(u) - xp.where(row & column, force, 0.0)
+        self.change, self.g = self.traction, self.K * self.forward(u) - xp.where(row & column, force, 0.0)
 
     # --- an iteration ------------------------------------------------------------------------------------------
 
     def gradient(self, shift: float, alpha: float, beta: float, *, coarse: bool, complete: bool) -> Real:
-        work = self.zeros_q() if complete else self.forward(self._change)
+        work = self.zeros_q() if complete else self.forward(self.change)
         step = self.library.number(0.0 if complete else alpha)
         return self.library.get(self._gradient(work, shift, step, coarse=coarse, linear=False))
 
@@ -290,7 +287,7 @@ class ArraySmoothGrid(_Descending):
             self._before = self.traction, self._energy
         before, energy_before = self._before
         given = self.z, self.d, before, self.wall.parameters, self.library.number(step)
-        self.z, self.traction, self._change, self.stiffness, means = passes.step_along(
+        self.z, self.traction, self.change, self.stiffness, means = passes.step_along(
             self.library, *given, law=self.wall.formula
         )
         slope, work, self._energy, size = (float(each) for each in self.library.get(means))
@@ -303,7 +300,7 @@ class ArraySmoothGrid(_Descending):
 
     def residual(self) -> float:
         self._go_to(self.offset - self.z)
-        self.g = self.g + self.forward(self._change)
+        self.g = self.g + self.forward(self.change)
         if self.held:
             self.g = without_mean(self.xp, self.g, self.marks)
         return math.sqrt(square(self.library, self.g, self.marks.weights))
@@ -319,7 +316,7 @@ class ArraySmoothGrid(_Descending):
     def release(self) -> None:
         """Give the memory of the fields back."""
         self.z = self.d = self.traction = self.stiffness = self.offset = self.start = None
-        self._change = None
+        self.change = None
         self._before = None, 0.0
         if self.contact is not None:
             self.contact.forget()

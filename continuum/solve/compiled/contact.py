@@ -1,4 +1,4 @@
-"""The equations of a contact on processor cores, in the words of :class:`continuum.solve.grids.Contact`.
+"""The equations of a contact on processor cores, in the words of :class:`continuum.solve.grids.StiffContact`.
 
 Transforms are in the precision of the linear problems, as a step is a direction only, and lie in the memory of the
 spectrum that is transformed.  Points of the contact are kept row by row; what is known on them alone is a vector.
@@ -7,7 +7,7 @@ spectrum that is transformed.  Points of the contact are kept row by row; what i
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,10 +16,8 @@ from continuum.model.grid import Grid
 from continuum.solve.backend import kernel_points
 from continuum.solve.compiled import sweeps
 from continuum.solve.compiled.compiling import Field, Index, Single, compiled
+from continuum.solve.compiled.linear import SteppedPasses
 from continuum.solve.compiled.passes import Passes
-
-if TYPE_CHECKING:
-    from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
 
 
 class _Response(Passes):
@@ -37,7 +35,7 @@ class _Response(Passes):
 
     def comply(self) -> None:
         """Set the field to that of G times the spectrum, whose rows are transformed already."""
-        self.spectral(lambda a, b, sums: complied(a, b, sums, self.w, self.K), forward=True, inverse=True)
+        self.spectral(lambda a, b, sums: divide_modes(a, b, sums, self.w, self.K), forward=True, inverse=True)
 
 
 class CompiledContact:
@@ -53,7 +51,7 @@ class CompiledContact:
     a: Field
     """G g, of which what y takes is gone; in the end s, without its mean."""
 
-    def __init__(self, grid: CompiledSmoothGrid, stiffness_q: Real, threads: int, precision: type) -> None:
+    def __init__(self, grid: SteppedPasses, stiffness_q: Real, threads: int, precision: type) -> None:
         self.grid, self._made = grid, (threads, precision)
         self.stiffest = float(stiffness_q[:, 1:].max())
         self._response: _Response | None = None
@@ -97,51 +95,53 @@ class CompiledContact:
         least, stiffness = self._found
         self._kernel = self._kernel_of(stiffness)
         self.begin = np.zeros(grid.grid.shape[0] + 1, np.int64)
-        count_rows(grid.stiffness, grid.n, least, self.begin)
+        count_stiff(grid.stiffness, grid.n, least, self.begin)
         self.columns = np.empty(self.begin[-1], np.int64)
         self.compliance, self.r, self.t, self.p = np.zeros((4, self.begin[-1]))
-        take_rows(grid.stiffness, grid.n, least, self.begin, self.columns, self.compliance)
+        take_stiff(grid.stiffness, grid.n, least, self.begin, self.columns, self.compliance)
         # g of double precision is no longer needed in the spectrum that is transformed.
-        response.spectral(lambda a, b, sums: loaded(a, b, sums, response.w, grid.g), inverse=False)
+        response.spectral(lambda a, b, sums: load_modes(a, b, sums, response.w, grid.g), inverse=False)
         K = response.K
-        response.spectral(lambda a, b, sums: complied(a, b, sums, response.w, K), inverse=True)
+        response.spectral(lambda a, b, sums: divide_modes(a, b, sums, response.w, K), inverse=True)
         a, n, field = self.a, grid.n, response.field
-        response.through(lambda i, j, sums, u: kept(i, j, sums, u, a, n), inverse=True)
-        response.sweep(gathered, self.a, field, n, self.begin, self.columns, self.r)
+        response.through(lambda i, j, sums, u: keep_rows(i, j, sums, u, a, n), inverse=True)
+        response.sweep(gather_contact, self.a, field, n, self.begin, self.columns, self.r)
         self._count()
 
     def precondition(self) -> float:
         given = self.response.field, self.grid.n, self._kernel, self.begin, self.columns, self.r, self.t
-        return float(self.response.sweep(preconditioned, *given)[0])
+        return float(self.response.sweep(precondition_contact, *given)[0])
 
     def curvature(self, beta: float) -> float:
         response, n = self.response, self.grid.n
         given = n, self.begin, self.columns, self.t, self.p, beta
-        response.through(lambda i, j, sums, u: turned(i, j, sums, u, *given), forward=True)
+        response.through(lambda i, j, sums, u: next_direction_on(i, j, sums, u, *given), forward=True)
         response.comply()
         field, rest = response.field, (n, self.begin, self.columns, self.p, self.compliance)
-        sums = response.through(lambda i, j, sums, u: curved(i, j, sums, u, field, *rest), inverse=True)
+        sums = response.through(lambda i, j, sums, u: contact_curvature(i, j, sums, u, field, *rest), inverse=True)
         self._count()
         return float(sums[0])
 
     def advance(self, alpha: float) -> None:
         given = self.a, self.response.field, self.grid.n, self.begin, self.columns, self.p, self.compliance, self.r
-        self.response.sweep(advanced, *given, alpha)
+        self.response.sweep(advance_contact, *given, alpha)
 
     def step(self) -> Real:
         grid = self.grid
         given = self.a, grid.n, self.begin, self.columns, self.r, grid.direction, grid.stiffness
-        total, pull, dd, mean = grid.through(lambda i, j, sums, u: stepped(i, j, sums, u, *given), forward=True)[:4]
+        total, pull, dd, mean = grid.through(
+            lambda i, j, sums, u: step_off_contact(i, j, sums, u, *given), forward=True
+        )[:4]
         self._mean = float(total) / grid.size
         spectra = grid.spectra
-        gs, ss, sd = grid.spectral(lambda a, b, sums: multiplied(a, b, sums, spectra), forward=True)[:3]
+        gs, ss, sd = grid.spectral(lambda a, b, sums: step_sums(a, b, sums, spectra), forward=True)[:3]
         return np.array([gs, ss, sd, (pull - self._mean * mean) / grid.size, dd / grid.size])
 
     def new_direction(self, beta: float) -> float:
         grid = self.grid
-        grid.over(follow, grid.column_edges, grid.d, grid.w, beta)
+        grid.over(follow_step, grid.column_edges, grid.d, grid.w, beta)
         given = grid.direction, self.a, grid.n, beta, self._mean, grid.stiffness
-        return float(grid.sweep(directed, *given)[0]) / grid.size
+        return float(grid.sweep(contact_direction, *given)[0]) / grid.size
 
     def _kernel_of(self, stiffness: float) -> Field:
         """K/(1 + K/k) over points, which the surface and a contact of stiffness k have in series."""
@@ -149,9 +149,9 @@ class CompiledContact:
         if k not in self._kernels:
             response, (rows, columns), near = self.response, *kernel_points(self.grid.grid)
             K = response.K
-            response.spectral(lambda a, b, sums: in_series(a, b, sums, response.w, K, k), inverse=True)
+            response.spectral(lambda a, b, sums: modes_in_series(a, b, sums, response.w, K, k), inverse=True)
             field, n = response.field, response.n
-            response.through(lambda i, j, sums, u: kept(i, j, sums, u, field, n), inverse=True)
+            response.through(lambda i, j, sums, u: keep_rows(i, j, sums, u, field, n), inverse=True)
             kernel = np.zeros((2 * rows + 1, 2 * columns + 1), response.K.dtype)
             for i, j in near:
                 kernel[rows + i, columns + j] = field[i, j if j >= 0 else j + n] / response.size
@@ -183,7 +183,7 @@ def stiff_points(first: int, last: int, sums: Real, stiffness: Single, n: int, l
 
 
 @compiled
-def count_rows(stiffness: Single, n: int, least: float, begin: Index) -> None:
+def count_stiff(stiffness: Single, n: int, least: float, begin: Index) -> None:
     """Set ``begin`` to the number of the first point of each row, and of all behind the last."""
     for i in range(stiffness.shape[0]):
         points = 0
@@ -193,7 +193,7 @@ def count_rows(stiffness: Single, n: int, least: float, begin: Index) -> None:
 
 
 @compiled
-def take_rows(stiffness: Single, n: int, least: float, begin: Index, columns: Index, compliance: Real) -> None:
+def take_stiff(stiffness: Single, n: int, least: float, begin: Index, columns: Index, compliance: Real) -> None:
     """Columns of the points of each row, and 1/D there."""
     for i in range(stiffness.shape[0]):
         at = begin[i]
@@ -205,7 +205,7 @@ def take_rows(stiffness: Single, n: int, least: float, begin: Index, columns: In
 
 
 @compiled
-def kept(first: int, last: int, sums: Real, out: Field, field: Field, n: int) -> None:
+def keep_rows(first: int, last: int, sums: Real, out: Field, field: Field, n: int) -> None:
     """Keep rows that were transformed back in a field."""
     for i in range(first, last):
         for j in range(n):
@@ -213,7 +213,7 @@ def kept(first: int, last: int, sums: Real, out: Field, field: Field, n: int) ->
 
 
 @compiled
-def gathered(
+def gather_contact(
     first: int, last: int, sums: Real, a: Field, field: Field, n: int, begin: Index, columns: Index, r: Real
 ) -> None:
     """Set r to a field on the contact; another field holds it, zero off the contact."""
@@ -225,7 +225,7 @@ def gathered(
 
 
 @compiled
-def preconditioned(
+def precondition_contact(
     first: int,
     last: int,
     sums: Real,
@@ -261,7 +261,7 @@ def preconditioned(
 
 
 @compiled
-def turned(
+def next_direction_on(
     first: int, last: int, sums: Real, out: Field, n: int, begin: Index, columns: Index, t: Real, p: Real, beta: float
 ) -> None:
     """Set p <- t + beta p, and rows to it, zero off the contact."""
@@ -273,7 +273,7 @@ def turned(
 
 
 @compiled
-def curved(
+def contact_curvature(
     first: int,
     last: int,
     sums: Real,
@@ -296,7 +296,7 @@ def curved(
 
 
 @compiled
-def advanced(
+def advance_contact(
     first: int,
     last: int,
     sums: Real,
@@ -323,7 +323,7 @@ def advanced(
 
 
 @compiled
-def stepped(
+def step_off_contact(
     first: int,
     last: int,
     sums: Real,
@@ -353,7 +353,7 @@ def stepped(
 
 
 @compiled
-def directed(
+def contact_direction(
     first: int, last: int, sums: Real, d: Real, s: Field, n: int, beta: float, mean: float, stiffness: Single
 ) -> None:
     """New direction, d <- beta d - (s - mean).  sums: of stiffness d²."""
@@ -369,7 +369,7 @@ def directed(
 
 
 @compiled
-def loaded(first: int, last: int, sums: Real, work: Field, g: Field) -> None:
+def load_modes(first: int, last: int, sums: Real, work: Field, g: Field) -> None:
     """Set the spectrum that is transformed to another."""
     for i in range(work.shape[0]):
         for c in range(2 * first, 2 * last):
@@ -377,7 +377,7 @@ def loaded(first: int, last: int, sums: Real, work: Field, g: Field) -> None:
 
 
 @compiled
-def complied(first: int, last: int, sums: Real, work: Field, K: Field) -> None:
+def divide_modes(first: int, last: int, sums: Real, work: Field, K: Field) -> None:
     """Divide a spectrum by K, but for its mean, which becomes zero."""
     one = K.dtype.type(1.0)
     for i in range(K.shape[0]):
@@ -390,7 +390,7 @@ def complied(first: int, last: int, sums: Real, work: Field, K: Field) -> None:
 
 
 @compiled
-def in_series(first: int, last: int, sums: Real, work: Field, K: Field, k: float) -> None:
+def modes_in_series(first: int, last: int, sums: Real, work: Field, K: Field, k: float) -> None:
     """The spectrum of K/(1 + K/k)."""
     for i in range(K.shape[0]):
         for j in range(first, last):
@@ -399,7 +399,7 @@ def in_series(first: int, last: int, sums: Real, work: Field, K: Field, k: float
 
 
 @compiled
-def multiplied(first: int, last: int, sums: Real, spectra: sweeps.Spectra) -> None:
+def step_sums(first: int, last: int, sums: Real, spectra: sweeps.Spectra) -> None:
     """Sums <g s>, <s K s> and <s K d> of the step s that was transformed."""
     g, d, s, K, weights = spectra
     gs = ss = sd = 0.0
@@ -414,7 +414,7 @@ def multiplied(first: int, last: int, sums: Real, spectra: sweeps.Spectra) -> No
 
 
 @compiled
-def follow(first: int, last: int, sums: Real, d: Real, s: Real, beta: float) -> None:
+def follow_step(first: int, last: int, sums: Real, d: Real, s: Real, beta: float) -> None:
     """Spectrum of the new direction, d <- beta d - s."""
     for i in range(d.shape[0]):
         for c in range(2 * first, 2 * last):

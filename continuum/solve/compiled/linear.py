@@ -21,6 +21,7 @@ class SteppedPasses(Passes):
 
     stiffness: Single
     """The stiffness of the wall."""
+    direction: Field
     g: Field
     d: Field
     linear: CompiledLinearGrid | None = None

@@ -15,11 +15,13 @@ from continuum.path.loading import solve
 from continuum.path.state import PathState
 from continuum.solve import contact
 from continuum.solve.backend import back_end
+from continuum.solve.conjugate import Line
 from continuum.solve.grids import SmoothGrid
 from continuum.solve.solution import Iteration, Settings, Status
 
 CORE = attraction_on_core("exponential", 0.0004, 0.8, 5.0)
 """Stiffer than the stiffest wave of a grid of spacing a0, 2.2 E*/a0."""
+LAW = CORE.law
 GAP = 0.27
 
 
@@ -41,7 +43,8 @@ def grid(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Smo
     of = Grid((20, 24), (20.0, 24.0))
     K = ContactProblem(of, CORE, HEIGHTS, HalfSpace("clamped")).stiffness_q
     made = back_end(request.param).smooth_grid(of, K, 1, 1, sampled=False)
-    made.set_problem(CORE.law, HEIGHTS, None, lift=0.4, pressure=0.0, mean_stiffness=np.inf)
+    assert LAW is not None
+    made.set_problem(LAW, HEIGHTS, None, lift=0.4, pressure=0.0, mean_stiffness=np.inf)
     made.go_to_zero()
     return made
 
@@ -66,11 +69,13 @@ def test_it_is_newtons_step_for_the_stiff_points(grid: SmoothGrid, monkeypatch: 
     mean = np.ones((1, of.size))
     s = np.linalg.solve(np.block([[K + np.diag(stiff.ravel()), mean.T], [mean, np.zeros((1, 1))]]), np.append(g, 0.0))
 
-    assert contact.pays(grid.contact) == (np.count_nonzero(stiff) / of.size <= contact.LARGEST)
-    residual = grid.contact.gradient(0.0, complete=False)
+    own = grid.contact
+    assert own is not None
+    assert contact.pays(own) == (np.count_nonzero(stiff) / of.size <= contact.LARGEST)
+    residual = own.gradient(0.0, complete=False)
     assert residual == pytest.approx(float(np.sqrt(np.mean(g**2))), rel=1e-12)
-    line = contact._direction(grid.contact, contact.Line(), 0.0)
-    curvature = grid.contact.new_direction(line.beta)
+    line = contact._direction(own, Line(), 0.0)
+    curvature = own.new_direction(line.beta)
     # Rounding, magnified by K of the softest wave over that of the stiffest; the stiffness is in single precision.
     assert line.slope == pytest.approx(-float(np.mean(g * s[:-1])), rel=1e-6)
     assert line.curvature == pytest.approx(float(s[:-1] @ K @ s[:-1]) / of.size, rel=1e-6)

@@ -24,7 +24,7 @@ from continuum.solve.compiled.bound_grid import CompiledBoundGrid
 from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
 from continuum.solve.compiled.tractions import Pull
 from continuum.solve.conjugate import COARSE_ITERATIONS, COARSE_REDUCTION, Line, conjugate_line
-from continuum.solve.line_search import SLOPE_ACCEPTED, SLOPE_REDUCTION, step_along
+from continuum.solve.line_search import SLOPE_ACCEPTED, SLOPE_REDUCTION, take_step
 
 GRID = Grid((40, 70), (40.0, 105.0))
 """Rows of more than one mark of contact; coarser grids of (20, 32) and (10, 16) points."""
@@ -283,7 +283,7 @@ def test_a_step_ends_where_the_slope_has_fallen_and_says_what_it_gained(
     )
     energy, force, stiffness = wall.wall
     line = Line(0.0, -1.0, 0.4)
-    found = step_along(wall, line, stiffness(0.0), newton=newton)
+    found = take_step(wall, line, stiffness(0.0), newton=newton)
 
     def slope(x: float) -> float:
         return line.slope + x * line.curvature + force(x) - force(0.0)
