@@ -44,6 +44,7 @@ from continuum.path.gradient import noise_error as noise_error
 from continuum.runs.result import Analysis as Analysis
 from continuum.runs.result import Result as Result
 from continuum.solve.solution import NotConvergedError as NotConvergedError
+from continuum.solve.solution import NotConvergedWarning as NotConvergedWarning
 from continuum.sweeps.collect import sweep_verify as sweep_verify
 from continuum.sweeps.maps import sweep_maps as sweep_maps
 from continuum.sweeps.status import sweep_status as sweep_status

@@ -11,6 +11,7 @@ lines, and Python of the first fault of its arguments, as :class:`~continuum.arg
 """
 
 import ast
+import difflib
 import hashlib
 import inspect
 import math
@@ -238,7 +239,10 @@ def _init_of(fields: Mapping[str, FieldInfo]) -> Any:
             named = {name: value for name, value in named.items() if (name, value) != (self.kind_key, self.kind_name)}
             given = Signature(arguments).bind(*values, **named).arguments
         except TypeError as error:
-            raise TypeError(f"{type(self).__name__}({', '.join(fields)}): {error}") from None
+            unknown = next((name for name in named if name not in fields), "")
+            meant = difflib.get_close_matches(unknown, fields, 1)
+            hint = f"; did you mean {meant[0]}?" if meant else ""
+            raise TypeError(f"{type(self).__name__}({', '.join(fields)}): {error}{hint}") from None
         self._take(**given)
 
     vars(__init__)["__signature__"] = Signature([Parameter("self", Parameter.POSITIONAL_ONLY), *arguments])

@@ -149,7 +149,16 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
                 "atomistic.config",
             },
         ),
-        ("pandas", {"continuum.paper", "continuum.sweeps.collect", "continuum.sweeps.cube"}),
+        (
+            "pandas",
+            {
+                "continuum.paper",
+                "continuum.sweeps.collect",
+                "continuum.sweeps.cube",
+                "continuum.runs",
+                "continuum.front.contact",
+            },
+        ),
         ("rich", {"continuum.show.console"}),
         ("ducc0", {"continuum.model.fourier"}),
         ("numba", {"continuum.model.kept", "continuum.model.laws", "continuum.solve.compiled.compiling"}),

@@ -64,6 +64,10 @@ def load(path: InputFile | _Document, model: type[_Document], settings: Mapping[
     return parsed(source.changed(settings) if settings else source, model)
 
 
+_KIND_KEYS = {"kind", "law", "response", "control"}
+"""Keys of which each names the kind of its table."""
+
+
 def settings_of(given: Any) -> dict[str, Any]:
     """Dotted keys with their values; NumPy's numbers and arrays become plain numbers and lists.
 
@@ -73,7 +77,16 @@ def settings_of(given: Any) -> dict[str, Any]:
         return {}
     if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given):
         raise ArgumentError("settings", given, 'a mapping of keys to values, such as {"surface.seed": 3}')
-    return {key: _plain(value) for key, value in given.items()}
+    return dict(_merged({key: _plain(value) for key, value in given.items()}))
+
+
+def _merged(given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The keys of a table change those keys of it; a table that says its kind takes the place of what was there."""
+    for name, value in given.items():
+        if "." not in name and isinstance(value, Mapping) and not _KIND_KEYS & value.keys():
+            yield from ((f"{name}.{key}", inner) for key, inner in value.items())
+        else:
+            yield name, value
 
 
 def _plain(value: Any) -> Any:

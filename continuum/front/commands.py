@@ -9,6 +9,7 @@ from typing import Any
 from continuum.arguments import ArgumentError, file_name, flag, function, number, several
 from continuum.files.inputs import InputFile, load, settings_of, source_of
 from continuum.files.tables import identity
+from continuum.front.contact import LoadingPath, State
 from continuum.front.sweeps import check_sweep
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
@@ -195,13 +196,13 @@ def analyse(result: str | Path) -> Analysis:
     return Result.read(file_name("result", result)).analyse()
 
 
-def plot(result: str | Path | Result | Analysis, folder: str | Path | None = None) -> list[Path]:
-    """Draw the figures of a stored run or of its analysis; returns the PNG files.
+def plot(result: str | Path | Result | Analysis | State | LoadingPath, folder: str | Path | None = None) -> list[Path]:
+    """Draw the figures of a stored run or of its analysis, or a state or a path; returns the PNG files.
 
     Parameters
     ----------
-    result : file of the run, or what was read from it.
-    folder : folder of the figures; that of the run if None.
+    result : file of the run, or what was read from it; or a state or a path of a contact.
+    folder : folder of the figures; that of the run if None, and the present one of a state or a path.
 
     Raises StoreError if the file is not a run, ArgumentError if one of them is not the name of a file or folder.
     """

@@ -6,15 +6,17 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, SupportsIndex, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from continuum.arguments import ArgumentError, function, instance, number, pair, several
+from continuum.arguments import ArgumentError, file_name, function, instance, number, pair, several
 from continuum.arguments import field as map_of
+from continuum.files.vtk import save_image
 from continuum.measure import contact as contacts
-from continuum.measure.contact import Measurement
+from continuum.measure.contact import Equilibrium, Measurement
 from continuum.measure.curve import Adhesion, Curve, adhesion
 from continuum.model.counterface import BEYOND, BEYOND_WHY, against
 from continuum.model.fourier import Real
@@ -36,6 +38,7 @@ from continuum.solve.solution import NotConvergedError, Settings
 from continuum.solve.stability import Stability
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
 
 
@@ -160,7 +163,9 @@ class Contact:
             gap = map_of("start", start, self.grid.shape)
         goal, search = loading.target(name, goal), Search(self.area_tolerance)
         found = loading.solve(problem, control, goal, self.settings, gap, search=search)
-        return State(**vars(replace(found, imprint_before=imprint)), contact=self)
+        found = State(**vars(replace(found, imprint_before=imprint)), contact=self)
+        state.warn_of([found], self.moments.rms_height)
+        return found
 
     def path(
         self,
@@ -193,6 +198,7 @@ class Contact:
             states.append(State(**vars(found), contact=self))
             if progress is not None:
                 progress(states[-1])
+        state.warn_of(states, self.moments.rms_height)
         return LoadingPath(self, tuple(states))
 
     def against(self, other: ArrayLike, *, shift: tuple[float, float] = (0.0, 0.0), angle: float = 0.0) -> Self:
@@ -414,6 +420,22 @@ class State(PathState):
         rows.append(("status", self._ended))
         return pairs("Contact", rows)
 
+    def save_vtk(self, path: str | Path) -> Path:
+        """Write heights, gap, displacement and contact map as ``.vti`` for ParaView; returns the path.
+
+        Lengths are in a0; also the traction, in E*, where it is known.  Raises OutputError if it cannot be written.
+        """
+        heights = self.contact.problem.heights
+        fields: dict[str, Any] = {
+            "heights": heights,
+            "gap": np.asarray(self.gap),
+            "displacement": self.separation + heights - self.gap,
+            "contact_map": self.contact_map.astype(np.uint8),
+        }
+        if np.isfinite(self.traction).all():
+            fields["traction"] = np.asarray(self.traction)
+        return save_image(file_name("path", path), self.contact.grid, fields)
+
     def plot(self) -> Figure:
         """Draw the contact map."""
         from continuum.show.run_figures import map_figure
@@ -431,7 +453,11 @@ class LoadingPath(Sequence[State]):
     def __len__(self) -> int:
         return len(self.states)
 
-    def __getitem__(self, index: Any) -> Any:
+    @overload
+    def __getitem__(self, index: SupportsIndex) -> State: ...
+    @overload
+    def __getitem__(self, index: slice) -> LoadingPath: ...
+    def __getitem__(self, index: SupportsIndex | slice) -> State | LoadingPath:
         """A state, or of a slice the path of these states."""
         return replace(self, states=self.states[index]) if isinstance(index, slice) else self.states[index]
 
@@ -474,6 +500,12 @@ class LoadingPath(Sequence[State]):
         ]  # fmt: skip
         notes = [state.HYSTERESIS] * any(passed) + [state.FEW_POINTS] * any(few)
         return Sheet.of("Path", columns, rows, "; ".join(notes))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """One row for each state; ``attrs["units"]`` has the unit of each column."""
+        from continuum.runs.frames import frame_of  # pandas takes half a second to import
+
+        return frame_of(self, Equilibrium)
 
     def plot(self) -> Figure:
         """Area and load along the path."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterable
+import warnings
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal, NamedTuple, Self, get_args
 
@@ -15,7 +16,7 @@ from continuum.measure.contact import Equilibrium, totals_of
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.crossing import Bracket
-from continuum.solve.solution import NotConvergedError, Solution, Status
+from continuum.solve.solution import NotConvergedError, NotConvergedWarning, Solution, Status
 from continuum.tables import Description
 
 Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
@@ -305,3 +306,23 @@ def not_looked_at(points: Iterable[tuple[Equilibrium, bool]], threshold: float) 
         found.append(change > threshold)
         last = point
     return found
+
+
+_FLAT = 1e-4
+"""Rms height, in a0, below which heights are probably in another unit."""
+
+
+def warn_of(states: Sequence[PathState], rms_height: float) -> None:
+    """Warn once of states that are no equilibria, with the likely cause; a surface that has left the wall is as asked.
+
+    Parameters
+    ----------
+    rms_height : of the heights, in a0.
+    """
+    failed = [
+        one for one in states if not one.converged and (one.outcome is not Outcome.PULLED_OFF or len(states) == 1)
+    ]
+    if failed:
+        cause = f"; heights of {rms_height:.1e} a0 are probably in metres: divide them by a0" * (rms_height < _FLAT)
+        said = f"not converged: {len(failed)} of {len(states)} states; the first: {failed[0].status}{cause}"
+        warnings.warn(said, NotConvergedWarning, stacklevel=3)

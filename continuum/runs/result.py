@@ -38,6 +38,7 @@ from continuum.theory import paper
 from continuum.theory.paper import ExpectedContact
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 
@@ -250,6 +251,12 @@ class Result(Shown):
             )
         note = FEW_POINTS if any(few) else ""
         return Sheet.of("Work of adhesion above which the surface is sticky", columns, rows, note)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """One row for each point; ``attrs["units"]`` has the unit of each column."""
+        from continuum.runs.frames import frame_of  # pandas takes half a second to import
+
+        return frame_of(self.points, Point)
 
     def to_xarray(self) -> xarray.Dataset:
         """The run with axes (step, x, y), contact maps as booleans, and words as CF flags; maps are read when used."""

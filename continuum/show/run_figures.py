@@ -23,7 +23,12 @@ _AREA = r"$A_\mathrm{rep}/A_0$"
 
 @singledispatch
 def draw(result: Any, folder: Path | None = None) -> list[Path]:
-    """Draw every figure of a stored run or of an analysis, beside the run or into a folder; returns the PNG files."""
+    """Draw every figure of a stored run or of an analysis, beside the run or into a folder; returns the PNG files.
+
+    What draws itself, as a state or a path of a contact, is drawn into the present folder if none is given.
+    """
+    if callable(drawn := getattr(result, "plot", None)):
+        return [plot.save_figure(drawn(), (folder or Path()) / type(result).__name__.lower())]
     return draw(Result.read(file_name("result", result)), folder)
 
 

@@ -60,6 +60,10 @@ class NotConvergedError(StickinessError, RuntimeError):
     """A solution was required and there is none: the message says how far it came and what helps."""
 
 
+class NotConvergedWarning(UserWarning):
+    """A state that was returned is no equilibrium: the message says why, and the likely cause."""
+
+
 @dataclass(frozen=True)
 class Settings:
     """When to stop, how to precondition, and what to run on.

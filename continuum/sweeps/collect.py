@@ -23,7 +23,7 @@ from continuum.keys import frozen
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
-from continuum.sheet import Sheet, pairs
+from continuum.sheet import Sheet, Shown, pairs
 from continuum.sweeps.axes import System, as_cell
 from continuum.sweeps.columns import column_faults
 from continuum.sweeps.conditions import dotted
@@ -248,7 +248,7 @@ def _lacking(folder: Folder, found: Mapping[str, SystemTable], names: Sequence[s
 
 
 @dataclass(frozen=True)
-class SweepRun:
+class SweepRun(Shown):
     """Result of one call of :func:`continuum.sweep`, with its points in the forms of :class:`PointTable`."""
 
     folder: Path
@@ -270,6 +270,16 @@ class SweepRun:
     def ok(self) -> bool:
         """Whether all systems are done."""
         return not self.failed and not self.held
+
+    def sheets(self) -> list[Sheet]:
+        """How many systems were done, and which failed."""
+        rows = [("done", self.done), ("done before", self.found), ("failed", len(self.failed))]
+        rows += [("locked by another process", len(self.held))] * bool(self.held)
+        sheets = [pairs(str(self.folder), [("systems", self.total), *rows])]
+        if self.failed:
+            failed = [(ended.task.label, ended.reason) for ended in self.failed]
+            sheets.append(Sheet.of("failed", ("system", "reason"), failed).beginning())
+        return sheets
 
     def collect(self) -> PointTable:
         """All points that are done."""

@@ -46,9 +46,13 @@ def sweep_maps(sweep: str | Path, where: Mapping[str, Any] | None = None) -> xar
 
     from continuum.runs.maps import maps_of
 
-    folder, listing = Folder(file_name("sweep", sweep)), systems_of(sweep)
+    root, wanted = (
+        file_name("sweep", sweep),
+        instance("where", {} if where is None else where, dict, "values by keys on the axes"),
+    )
+    folder, listing = Folder(root), systems_of(root)
     keys = [key for axis in listing.axes for key in axis.keys]
-    chosen = _chosen(listing, instance("where", where or {}, dict, "values by keys on the axes"), keys)
+    chosen = _chosen(listing, wanted, keys)
     there = names(folder.points)
     done = {each.key: path for each in chosen if (path := folder.point(each.key)).stem in there}
     if not done:

@@ -137,6 +137,7 @@ FILES: Calls = {
     "figure": (c.figure, {"name": "figure4", "sweep": "nowhere"}),
     "sweep_status": (c.sweep_status, {"sweep": "nowhere", "why": "sweep.toml", "settings": None, "reduced": False}),
     "sweep_collect": (c.sweep_collect, {"sweep": "nowhere", "output": None}),
+    "sweep_maps": (c.sweep_maps, {"sweep": "nowhere", "where": None}),
     "sweep_verify": (c.sweep_verify, {"sweep": "nowhere", "aside": False}),
     "sweep_slurm": (
         c.sweep_slurm,

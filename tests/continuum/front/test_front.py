@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import operator
 from pathlib import Path
+from typing import get_overloads, get_type_hints
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -230,3 +233,40 @@ def test_the_certificate_of_a_state_is_relative_to_its_own_tractions_and_energy(
     soft = c.Contact(Rough(48).heights(), wall=c.LennardJonesSpline(adhesion_length=0.005)).press(mean_gap=2.0)
     assert np.isnan(soft.duality_gap)
     assert "duality" not in soft.sheet().text()
+
+
+def test_python_finds_what_others_expect(contact: c.Contact, tmp_path: Path) -> None:
+    path = contact.path(mean_gap=[1.6, 1.4])
+    frame = path.to_pandas()
+    assert list(frame["load"]) == [state.load for state in path]
+    assert frame.attrs["units"]["load"] == "E*"
+    assert get_type_hints(get_overloads(c.LoadingPath.__getitem__)[0])["return"] is c.State
+    # VTK: x changes fastest, and each array has its length before it.
+    image = ElementTree.parse(path[-1].save_vtk(tmp_path / "state.vti")).getroot()
+    nx, ny = contact.grid.shape
+    assert image.find(".//Piece").attrib["Extent"] == f"0 {nx - 1} 0 {ny - 1} 0 0"  # type: ignore[union-attr]
+    arrays = {each.attrib["Name"]: base64.b64decode(each.text or "") for each in image.iter("DataArray")}
+    assert int.from_bytes(arrays["gap"][:8], "little") == len(arrays["gap"]) - 8
+    gap = np.frombuffer(arrays["gap"][8:], "<f8").reshape(ny, nx)
+    np.testing.assert_array_equal(gap.T, path[-1].gap)
+    assert {file.name for shown in (path, path[0]) for file in c.plot(shown, tmp_path)} == {
+        "loadingpath.png",
+        "state.png",
+    }
+    with pytest.raises(TypeError, match="did you mean adhesion_length"):
+        c.LennardJonesSpline(adhesion_lenght=0.005)  # type: ignore[call-arg]
+
+
+def test_a_state_that_is_none_is_told_once_with_the_likely_cause(contact: c.Contact) -> None:
+    in_metres = c.Contact(1e-10 * np.asarray(contact.heights), c.LennardJonesSpline(0.005), max_iterations=1)
+    with pytest.warns(c.NotConvergedWarning, match=r"1 of 2 states.*probably in metres") as said:
+        in_metres.path(mean_gap=[1.5, 0.99])
+    assert len(said) == 1
+
+
+def test_settings_merge_into_a_table_or_replace_it_by_one_that_says_its_kind(tmp_path: Path) -> None:
+    (tmp_path / "small.toml").write_text(SMALL)
+    changed = {"surface": {"seed": 7}, "wall": {"law": "hard"}}
+    config = c.check(tmp_path / "small.toml", changed).system.config  # type: ignore[union-attr]
+    assert (config.surface.seed, config.surface.hurst) == (7, 0.8)  # type: ignore[attr-defined]
+    assert config.plain()["wall"] == {"law": "hard", "hardness": None}
