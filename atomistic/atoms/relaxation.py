@@ -1,6 +1,7 @@
 """The lattice-preconditioned relaxation of :mod:`atomistic.relax.relax` as an optimizer of ASE, for any slab."""
 
 import warnings
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -11,7 +12,7 @@ from ase.calculators.mixing import LinearCombinationCalculator
 from ase.optimize.optimize import Optimizer
 from ase.optimize.precon import PreconLBFGS
 
-from atomistic.atoms.response import SlabResponse, SurfaceRoot
+from atomistic.atoms.response import SlabResponse, SurfaceRoot, in_single_precision
 from atomistic.atoms.wall import RoughWall
 from atomistic.relax.relax import Mixer, falling
 from continuum.arguments import ArgumentError, instance
@@ -19,6 +20,12 @@ from continuum.model.fourier import Real
 
 _SETTLED = 0.02
 """Error of the wall's forces in the contact with the linear slab, relative to the wanted largest force."""
+_WORTH = 15.0
+"""Largest cost of a response, in evaluations of the slab: in all PreconLBFGS takes 14 to 34 (docs/studies)."""
+_DIGITS = 100
+"""Rounding errors that a step must gain for the energy to tell whether it is one: Armijo's condition asks for 23 %."""
+_LEFT, _TRIALS = 0.9, 3
+"""Part of the force along a step that may be left, and evaluations that look for one, by forces alone."""
 
 
 class GreensRelaxation(Optimizer):
@@ -73,7 +80,8 @@ class GreensRelaxation(Optimizer):
         walls = [part for part in parts if isinstance(part[0], RoughWall)]
         self._wall = walls[0][0] if [weight for _, weight in walls] == [1.0] else None
         rest = [part for part in parts if part[0] is not self._wall]
-        self._crystal = LinearCombinationCalculator(*zip(*rest, strict=True)) if rest else None
+        self._crystal = _Counting(*zip(*rest, strict=True)) if rest else None  # type: ignore[no-untyped-call]
+        self._parts = [calculator for calculator, _ in parts]
         if at_rest is None:
             at_rest = atoms if self._wall is None else self._wall.slab
         self._rest = at_rest.copy()
@@ -114,7 +122,7 @@ class GreensRelaxation(Optimizer):
     def _measured(self) -> SlabResponse:
         if self._crystal is None:
             raise ArgumentError("atoms", self.atoms, "atoms with a calculator, beside that of the wall")
-        self.response = found = SlabResponse.measure(self._rest, self._crystal)
+        self.response = found = SlabResponse.measure(self._rest, self._crystal, _WORTH)
         n, m, p = found.index.shape
         self.logfile.write(
             f"{type(self).__name__}: the response of {n} x {m} cells of {p} atoms was measured by {found.evaluations} "
@@ -185,12 +193,72 @@ class GreensRelaxation(Optimizer):
     def _leave(self, reason: str) -> None:
         """Leave the rest to PreconLBFGS, from the best state, and say so."""
         message = f"{type(self).__name__} goes on by PreconLBFGS: {reason}"
+        if self.response is None and self._crystal is not None and self._crystal.evaluations:
+            message += f" ({self._crystal.evaluations} evaluations of a small slab)"
         warnings.warn(message, stacklevel=2)
         self.logfile.write(message + "\n")
         self.atoms.set_positions(self._best)
-        # It warns that its default is of no use for fewer atoms.
-        self.fallback = PreconLBFGS(self.atoms, logfile=None, precon="Exp" if len(self.atoms) >= 100 else None)
-        self.fallback.step()
+        self.fallback = ByForces(self.atoms, self._parts, self.logfile.write)
+        self.fallback.step()  # type: ignore[no-untyped-call]
+
+
+class _Counting(LinearCombinationCalculator):
+    """The calculator of the crystal, as the response is measured with it, and how often it was evaluated."""
+
+    evaluations = 0
+
+    def calculate(self, *given: Any, **named: Any) -> None:
+        self.evaluations += 1
+        super().calculate(*given, **named)  # type: ignore[no-untyped-call]
+
+
+class ByForces(PreconLBFGS):
+    """ASE's ``PreconLBFGS``, preconditioned for any number of atoms, that goes by forces where energies have no digits.
+
+    A line search compares energies.  Of a calculator in single precision they are known to 1e-7 of their sum over all
+    atoms, which is more than the last steps gain: there a step is accepted if it takes away most of the force along it,
+    and the log says so.
+
+    Parameters
+    ----------
+    parts : calculators whose energies add up to that of the atoms.
+    write : writes a text into the log.
+    """
+
+    def __init__(self, atoms: Atoms, parts: Sequence[Any], write: Callable[[str], object]) -> None:
+        super().__init__(atoms, logfile=None, precon="Exp")  # type: ignore[no-untyped-call]
+        self._parts, self._write, self._said = parts, write, False
+
+    def line_search(self, r: Real, g: Real, e: float, previously_reset_hessian: bool) -> None:
+        step = np.asarray(self.p).ravel()
+        slope = float(g.ravel() @ step)
+        if -slope > _DIGITS * self._rounding():
+            super().line_search(r, g, e, previously_reset_hessian)  # type: ignore[no-untyped-call]
+            return
+        if not self._said:
+            rounding = f"of which the energy has no more digits (rounding {self._rounding():.0e} eV)"
+            self._write(f"{type(self).__name__}: steps are accepted by their forces from here on, {rounding}\n")
+            self._said = True
+        most = self.maxstep / float(np.abs(step).max())
+        part = min(1.0, most)
+        for _ in range(_TRIALS):
+            left = float(self.fprime(r.ravel() + part * step) @ step)  # type: ignore[no-untyped-call]
+            if abs(left) <= _LEFT * abs(slope) or part == most:
+                break
+            # The force along the step as a line: where it is zero, but not far beyond.
+            part = min(part * (min(2.0, slope / (slope - left)) if left > slope else 2.0), most)
+        self.p, self.alpha_k, self.e0, self.e1 = step, part, e, None
+
+    def update(self, r: Real, f: Real, r0: Real, f0: Real) -> None:
+        super().update(r, f, r0, f0)  # type: ignore[no-untyped-call]
+        if self.rho and not 0 < self.rho[-1] < np.inf:  # no curvature along this step: it tells nothing
+            del self.s[-1], self.y[-1], self.rho[-1]
+
+    def _rounding(self) -> float:
+        """Rounding of the energy, in eV: single precision where a calculator gives a number that it holds."""
+        energies = [float(part.results.get("energy", 0.0)) for part in self._parts]
+        types = [np.float32 if in_single_precision(energy) else np.float64 for energy in energies]
+        return sum(float(np.finfo(of).eps) * abs(energy) for of, energy in zip(types, energies, strict=True))
 
 
 def _times(matrices: Real, vectors: Real) -> Real:

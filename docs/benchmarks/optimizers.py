@@ -60,6 +60,14 @@ class Lammps(Calculator):
         self.results = {"energy": energy, "free_energy": energy, "forces": forces}
 
 
+class SinglePrecision(EMT):
+    """EMT whose results are rounded to single precision, as those of most learned potentials."""
+
+    def calculate(self, atoms: Any = None, properties: Any = (), system_changes: Any = all_changes) -> None:
+        super().calculate(atoms, properties, system_changes)
+        self.results = {name: np.float64(np.float32(value)) for name, value in self.results.items()}
+
+
 def _copper() -> a.EmbeddedAtom:
     return a.EmbeddedAtom.read(a.find_potential("Cu_mishin1.eam.alloy"))
 
@@ -89,6 +97,10 @@ SLABS: dict[str, Callable[[], tuple[Atoms, Callable[[], Calculator], Any]]] = {
     "SNAP copper (111)": lambda: (_cut(fcc111, Lammps(_snap()), 8, 6, 3), lambda: Lammps(_snap()), None),
     "EMT copper (100)": lambda: (_cut(fcc100, EMT(), 8, 6, 2), EMT, None),
     "EMT copper (111)": lambda: (_cut(fcc111, EMT(), 8, 6, 2), EMT, None),
+    "EMT copper (100), float32": lambda: (_cut(fcc100, EMT(), 8, 6, 2), SinglePrecision, None),
+    "EMT copper (111), float32": lambda: (_cut(fcc111, EMT(), 8, 6, 2), SinglePrecision, None),
+    "EMT copper (111), small": lambda: (_cut(fcc111, EMT(), 4, 4, 2), EMT, None),
+    "EMT copper (111), small, float32": lambda: (_cut(fcc111, EMT(), 4, 4, 2), SinglePrecision, None),
 }
 """Each slab at rest, with how its calculator is made, and the specimen of a deck."""
 
@@ -109,18 +121,19 @@ def counts(slab: str) -> dict[str, Any]:
     if specimen is not None:
         units = {"a0": specimen.model.length, "contact_modulus": specimen.model.energy / specimen.model.length**3}
     n = int(np.sqrt(np.count_nonzero(rest.get_tags() == 1)))
-    heights = SelfAffine(0.8, 0.1, 8.0, 8.0).synthesise(Grid.square(n), np.random.default_rng(2))
+    longest = min(8.0, n)
+    heights = SelfAffine(0.8, 0.1, longest, longest).synthesise(Grid.square(n), np.random.default_rng(2))
     separation = 1 + float(heights.std())
     wall = a.RoughWall(heights, rest, separation, WALL, follows="sites", **units)
     row: dict[str, Any] = {"atoms": len(rest)}
     for name, optimizer in OPTIMIZERS.items():
         if len(rest) > LARGEST.get(name, len(rest)):
             continue
-        atoms, crystal, evaluations = rest.copy(), calculator(), dict[int, int]()
+        atoms, crystal, evaluations = rest.copy(), calculator(), list[int]()
 
         def counted(*given: Any, run: Any = crystal.calculate, seen: Any = evaluations, **named: Any) -> None:
             run(*given, **named)
-            seen[len(given[0])] = seen.get(len(given[0]), 0) + 1
+            seen.append(len(given[0]))
 
         crystal.calculate = counted
         atoms.calc = SumCalculator([crystal, wall])
@@ -134,10 +147,13 @@ def counts(slab: str) -> dict[str, Any]:
                 )
             except RuntimeError:  # a line search that finds nothing lower
                 converged = False
+        response = getattr(optimization, "response", None)
+        # The small slab may be as large as the whole.
+        measured = 0 if response is None else response.evaluations
         row[name] = {
-            "evaluations": evaluations[len(rest)],
-            "measured": sum(count for size, count in evaluations.items() if size != len(rest)),
-            "cost": getattr(getattr(optimization, "response", None), "cost", 0.0),
+            "evaluations": len(evaluations) - measured,
+            "measured": measured,
+            "cost": 0.0 if response is None else response.cost,
             "cpu": time.process_time() - began,
             "converged": converged and getattr(optimization, "fallback", None) is None,
             "load": -float(wall.results["forces"][:, 2].sum()),

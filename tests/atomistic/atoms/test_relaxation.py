@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from collections import Counter
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,6 +17,7 @@ from ase.constraints import FixAtoms
 from ase.io import Trajectory
 from ase.neighborlist import neighbor_list
 from ase.optimize import LBFGS
+from ase.optimize.precon import PreconLBFGS
 
 import atomistic as a
 import continuum as c
@@ -119,6 +122,78 @@ def test_copper_comes_to_the_equilibrium_of_other_optimizers_in_few_evaluations(
     assert LBFGS(third, logfile=None).run(fmax=1e-4, steps=100)
     # Energies differ by force²/stiffness, 1e-8 eV/Å² over some 1 eV/Å², of 40 atoms.
     assert third.get_potential_energy() == pytest.approx(slab.get_potential_energy(), abs=1e-6)
+
+
+class SinglePrecision(EMT):
+    """EMT whose results are those of single precision, as of most learned potentials, and how often it was asked."""
+
+    evaluations: Counter[int]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.evaluations = Counter()
+
+    def calculate(self, atoms=None, properties=("energy",), system_changes=all_changes) -> None:
+        super().calculate(atoms, properties, system_changes)
+        self.evaluations[len(atoms)] += 1
+        self.results = {name: np.float64(np.float32(value)) for name, value in self.results.items()}
+
+
+def test_single_precision_takes_no_more_evaluations():
+    slab, wall = copper()
+    found = {}
+    for name, optimizer in (("ours", a.GreensRelaxation), ("PreconLBFGS", PreconLBFGS)):
+        atoms, crystal = slab.copy(), SinglePrecision()
+        atoms.calc = SumCalculator([crystal, wall])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # PreconLBFGS says that it goes without a preconditioner
+            # Where its line search ends on rounded energies.
+            assert optimizer(atoms, logfile=None).run(fmax=2e-3, steps=100)
+        found[name] = crystal.evaluations[len(atoms)]
+    # As in double precision: half, and with the 7 of a small slab, which is this one, no more.
+    assert found["ours"] <= found["PreconLBFGS"]
+
+
+def test_a_fallback_is_preconditioned_and_goes_by_forces_where_energies_have_no_digits(tmp_path):
+    slab, _ = copper()
+    add_adsorbate(slab, "Cu", 2.0, "fcc")  # 81 atoms
+    found = {}
+    for crystal in (SinglePrecision(), EMT()):
+        atoms = slab.copy()
+        atoms.calc = crystal
+        relaxation = a.GreensRelaxation(atoms, logfile=str(tmp_path / "log"))
+        with pytest.warns(UserWarning, match=r"goes on by PreconLBFGS: .*costs \d+ evaluations"):
+            assert relaxation.run(fmax=1e-4, steps=30)
+        found[type(crystal)] = atoms, (tmp_path / "log").read_text()
+        (tmp_path / "log").unlink()
+    (single, log), (double, other) = found.values()
+    assert "accepted by their forces" in log
+    assert "accepted by their forces" not in other
+    # PreconLBFGS as it comes takes 32 in double precision, and 553 in 30 steps, without an end, in single precision.
+    assert single.calc.evaluations[len(slab)] <= 16
+    # 1e-4 eV/Å over some eV/Å².
+    assert np.allclose(single.positions, double.positions, rtol=0, atol=2e-4)
+
+
+class Cusp(EMT):
+    """EMT with a cusp at the sites of the crystal: atoms that move little are pushed on."""
+
+    def calculate(self, atoms=None, properties=("energy",), system_changes=all_changes) -> None:
+        super().calculate(atoms, properties, system_changes)
+        away = atoms.positions - self.sites
+        self.results["forces"] = self.results["forces"] + 30.0 * away * np.exp(-((away / 5e-3) ** 2))
+
+
+def test_a_cusp_at_the_sites_is_no_lack_of_stiffness():
+    slab, _ = copper()
+    crystal = Cusp()
+    crystal.sites = slab.positions.copy()
+    found = a.SlabResponse.measure(slab, crystal)
+    assert found.evaluations == 2 * a.SlabResponse.measure(slab, EMT()).evaluations
+    forces = np.random.default_rng(1).standard_normal((len(slab), 3))
+    smooth = a.SlabResponse.measure(slab, EMT()).displacements(forces)
+    # At 0.0255 Å nothing is left of the cusp, but the crystal is 5 % anharmonic.
+    assert np.abs(found.displacements(forces) - smooth).max() < 0.1 * np.abs(smooth).max()
 
 
 def test_what_is_no_slab_is_left_to_another_optimizer_which_is_said():
