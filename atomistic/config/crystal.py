@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from atomistic.crystal.faces import cell_of, read_atoms, size_of_atoms
+from atomistic.crystal.faces import cell_of, read_atoms, rectangular, size_of_atoms
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import Potential
 from atomistic.crystal.pair_style import PairStyle
@@ -194,7 +194,9 @@ class CrystalTable(Table):
     face: Annotated[str, Field(pattern=r"^([0-9]{3}|0001)$")] = "100"
     """Miller indices of the surface, as "111"; "0001" of hcp"""
     atoms: InputFile | None = None
-    """instead of these, a slab from a file that ASE reads, in a rectangular period along x and y, in Å"""
+    """instead of these, a slab from a file that ASE reads, in a rectangular or hexagonal period along x and y, in Å"""
+    a0: str | None = None
+    """a0 of the atoms of a file, as "2.49Å"; left out, the centre of the first peak of their distances"""
     modulus: Positive | str | None = None
     """E* of the atoms of a file, as "130GPa", the unit of pressures; or in the unit of the potential"""
     skin: Positive | None = None
@@ -208,8 +210,13 @@ class CrystalTable(Table):
 
     @cached_property
     def given(self) -> Any:
-        """The atoms of the file; None without."""
-        return None if self.atoms is None else read_atoms(self.atoms)
+        """The atoms of the file, in a rectangular period; None without."""
+        return None if self.atoms is None else rectangular(read_atoms(self.atoms))
+
+    @property
+    def spacing(self) -> float | None:
+        """a0 of given atoms, in Å; None if it follows from their distances."""
+        return None if self.a0 is None else possible.given("a0", self.a0, "spacing", "A")
 
     @constraint
     def faults(self) -> Iterator[Fault]:
@@ -221,9 +228,11 @@ class CrystalTable(Table):
                 possible.from_text(self.modulus, "modulus")
         except ValueError as error:
             yield Fault(("modulus",), str(error))
+        if self.a0 is not None and self.atoms is None:
+            yield Fault(("a0",), "left out: only atoms of a file have an a0 that can be given")
         try:
             if self.atoms is not None:
-                size_of_atoms(self.given)
+                size_of_atoms(self.given, self.spacing)
             elif not self.own:  # which would import ASE's builders into every program
                 cell_of(self.lattice, self.face)
         except ArgumentError as error:
@@ -236,7 +245,7 @@ class CrystalTable(Table):
         if self.own:
             return float(n[0]), float(n[1])
         if self.given is not None:
-            return size_of_atoms(self.given)[1]
+            return size_of_atoms(self.given, self.spacing)[1]
         periods = cell_of(self.lattice, self.face).periods
         x, y = (max(1, round(m / length)) * float(length) for m, length in zip(n, periods[:2], strict=True))
         return x, y
@@ -262,10 +271,13 @@ class SlabTable(Table):
         return float(self.n), float(self.n)
 
 
+_Wide = Annotated[int, Field(ge=8, le=8192)]
+
+
 class DeckSlabTable(Table):
     """The atoms of a deck."""
 
-    n: Annotated[tuple[_Atoms, _Atoms], ForBoth] = (0, 0)
+    n: Annotated[tuple[_Wide, _Wide], ForBoth] = (0, 0)
     """surface atoms along x and y, or one number for both; the period is n a0, of other crystals than fcc(100) the
     nearest whole number of their cells; left out with atoms of a file, which have their own"""
     depth: Annotated[float, Field(ge=SHALLOWEST, le=DEEPEST)]

@@ -37,7 +37,7 @@ class DeckSurface(Surface):
 
 
 class TopographySurface(DeckSurface, kind="topography"):
-    """[surface] of kind "topography": part of a measured map, one height for each surface atom."""
+    """[surface] of kind "topography": part of a measured map, at points about a0 apart: above each atom of fcc(100)."""
 
     newer: ClassVar[frozenset[str]] = frozenset({"void", "fill"})
 
@@ -70,8 +70,8 @@ class TopographySurface(DeckSurface, kind="topography"):
             except ValueError as error:
                 yield Fault((key,), str(error))
 
-    def read(self, n: int, spacing: float) -> Topography:
-        """The wall, in m, for n surface atoms of spacing a0, in m, along each side.
+    def read(self, n: tuple[int, int], spacing: tuple[float, float]) -> Topography:
+        """The wall, in m, at n points with these spacings, in m, along x and along y.
 
         Raises TopographyError if the file has no such map, or the part does not lie within it.
         """
@@ -190,9 +190,8 @@ class DeckConfig(Document):
 
     @constraint
     def _stands_on_a_grid(self) -> Iterator[Fault]:
-        if not self.crystal.own and (self.wall_force == "atoms" or self.surface.kind_name == "topography"):
-            key = ("wall_force",) if self.wall_force == "atoms" else ("surface", "kind")
-            yield Fault(key, "another one above this crystal: walls of atoms and measured maps stand above fcc(100)")
+        if not self.crystal.own and self.wall_force == "atoms":
+            yield Fault(("wall_force",), "another one above this crystal: walls of atoms stand above fcc(100)")
 
     @constraint
     def _fits_the_surface(self) -> Iterator[Fault]:

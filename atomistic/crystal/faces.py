@@ -24,6 +24,8 @@ STRUCTURES = {
 }  # fmt: skip
 """Structures: the module of ``ase.lattice`` and the class there that builds them, and the number of their elements."""
 _LONGEST = 2
+_ALIKE = 1e-6
+"""Relative difference of lengths that are the same, as they were printed with a few digits."""
 _PEAK = 0.1
 """Half width of the first peak of distances, relative to its centre: bcc has its second shell at 1.155."""
 
@@ -118,27 +120,54 @@ def read_atoms(path: Path) -> ase.Atoms:
     return cast("ase.Atoms", read(path))
 
 
-def size_of_atoms(atoms: ase.Atoms) -> tuple[float, tuple[float, float]]:
-    """a0 of given atoms, by :func:`spacing_of`, in their unit of length, and their periods along x and y, in a0.
+def rectangular(atoms: ase.Atoms) -> ase.Atoms:
+    """Atoms in a rectangular period along x and y: as they are, or those of a sheared cell, as often as that takes.
 
-    Raises ArgumentError if they are no slab in a rectangular period.
+    ASE's hexagonal cells, as of ``fcc111``, are doubled where they have an odd number of rows or half a row is left.
+
+    Raises ArgumentError if the cell does not lie along x and in the plane of x and y, or at most six of them make no
+    rectangle.
     """
-    period = atoms.cell.lengths()
-    across = np.abs(atoms.cell.array[:2] / np.maximum(period[:2, None], 1e-300)).round(9)
-    if not (period[:2] > 0).all() or not np.array_equal(across, np.eye(3)[:2]):
-        raise ArgumentError("atoms", period[:2].tolist(), "atoms in a rectangular cell along x and y, with its lengths")
-    high = float(np.ptp(atoms.positions[:, 2])) + 1
-    flat = type(atoms)(numbers=atoms.numbers, positions=atoms.positions, cell=[*period[:2], high], pbc=(1, 1, 0))
-    a0 = spacing_of(flat)
-    return a0, (float(period[0]) / a0, float(period[1]) / a0)
+    (x, *out), (shear, y, up) = atoms.cell.array[:2].tolist()
+    size = max(abs(x), abs(y), 1e-300)
+    if x > 0 and y > 0 and max(map(abs, (*out, up))) <= _ALIKE * size:
+        for times in range(1, 7):
+            rest = times * shear / x
+            if abs(rest - round(rest)) <= _ALIKE:
+                if times == 1 and not round(rest):
+                    return atoms
+                made: ase.Atoms = atoms.repeat((1, times, 1))
+                made.set_cell([[x, 0, 0], [0, times * y, 0], atoms.cell.array[2]])
+                return made
+    allowed = "atoms in a cell with x along its first vector, which is rectangular, or hexagonal, with its lengths"
+    raise ArgumentError("atoms", atoms.cell.array[:2].tolist(), allowed)
 
 
-def slab_of_atoms(atoms: ase.Atoms, elements: tuple[str, ...], depth: float, skin: float | None = None) -> AtomSlab:
+def size_of_atoms(atoms: ase.Atoms, a0: float | None = None) -> tuple[float, tuple[float, float]]:
+    """a0 of given atoms, in their unit of length, and their periods along x and y, in a0.
+
+    Parameters
+    ----------
+    atoms : in a :func:`rectangular` period.
+    a0 : by :func:`spacing_of` if None.
+
+    Raises ArgumentError if they have no neighbours.
+    """
+    x, y = atoms.cell.lengths()[:2]
+    if a0 is None:
+        high = float(np.ptp(atoms.positions[:, 2])) + 1
+        a0 = spacing_of(type(atoms)(numbers=atoms.numbers, positions=atoms.positions, cell=[x, y, high], pbc=(1, 1, 0)))
+    return a0, (float(x) / a0, float(y) / a0)
+
+
+def slab_of_atoms(
+    atoms: ase.Atoms, elements: tuple[str, ...], depth: float, skin: float | None = None, a0: float | None = None
+) -> AtomSlab:
     """The slab of given atoms, of which those below a depth, in a0, are held.
 
     Raises ArgumentError as :func:`size_of_atoms`, or if they have other elements.
     """
-    a0, lengths = size_of_atoms(atoms)
+    a0, lengths = size_of_atoms(atoms, a0)
     symbols = [str(symbol) for symbol in atoms.symbols]
     if others := sorted({*symbols} - {*elements}):
         raise ArgumentError("atoms", others, f"atoms of the elements of the potential, {', '.join(elements)}")

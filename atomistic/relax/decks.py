@@ -260,8 +260,16 @@ def _(surface: TopographySurface, config: DeckConfig, slab: AnySlab, model: AnyM
             else "left out: the crystal has its own a0"
         )
         raise refuse(config, Fault(("surface", "spacing"), allowed))
-    wall = surface.read(config.slab.points[0], a0)
-    return wall.heights / a0, (f"Wall: {wall.source}", *wall.steps)
+    grid = slab.grid
+    # Above other crystals than fcc(100) a side may have an odd number of points, of which mirrors make no map.
+    even = grid.shape if slab.one_to_one else tuple(n + n % 2 for n in grid.shape)
+    x, y = (a0 * length / n for length, n in zip(grid.lengths, even, strict=True))
+    wall = surface.read((even[0], even[1]), (x, y))
+    heights = wall.heights / a0
+    if even != grid.shape:
+        points = np.stack(np.broadcast_arrays(*grid.positions))
+        heights = shape_of(heights, grid.lengths).evaluate(*points).height
+    return heights, (f"Wall: {wall.source}", *wall.steps)
 
 
 def deck_of(parts: DeckParts, progress: Progress | None = None) -> Deck:

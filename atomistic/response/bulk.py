@@ -6,6 +6,7 @@ are C = C0 - B K⁻¹ Bᵀ/V (Born and Huang, Dynamical Theory of Crystal Lattic
 """
 
 import json
+import warnings
 from dataclasses import replace
 from functools import singledispatch
 
@@ -55,8 +56,8 @@ def model_below(potential: Potential, crystal: CrystalTable) -> AnyModel:
 
 def _of_atoms(potential: Potential, crystal: CrystalTable) -> AnyCrystalModel:
     """Atoms of a file, of a given E*."""
-    a0, (x, y) = size_of_atoms(crystal.given)
-    types = slab_of_atoms(crystal.given, potential.elements, np.inf, crystal.skin).types
+    a0, (x, y) = size_of_atoms(crystal.given, crystal.spacing)
+    types = slab_of_atoms(crystal.given, potential.elements, np.inf, crystal.skin, crystal.spacing).types
     modulus = crystal.modulus
     if isinstance(modulus, str) or potential.units == "metal":
         modulus = possible.given("modulus", modulus, "modulus", "eV/A3")
@@ -163,13 +164,19 @@ _below.register(Springs, _of_springs)
 
 
 def slab_of_table(crystal: CrystalTable, model: AnyCrystalModel, width: tuple[float, float], depth: float) -> AtomSlab:
-    """The slab of a table [crystal], at rest, on a base that forces do not cross."""
+    """The slab of a table [crystal], at rest, on a base that forces do not cross, or of given atoms with a warning."""
     if crystal.given is not None:
-        found = slab_of_atoms(crystal.given, model.elements, depth, crystal.skin)
+        found = slab_of_atoms(crystal.given, model.elements, depth, crystal.skin, crystal.spacing)
+        below = found.positions[0, 2] - found.bottom
+        if found.moving == found.size:
+            raise ArgumentError("depth", depth, f"less than {below:.4g} a0, the depth of the atoms: some are held")
         held = float(np.ptp(found.positions[found.moving :, 2]))
-        if not (found.moving < found.size and held + found.lost > model.reach):
-            below = found.positions[0, 2] - found.bottom - model.reach
-            raise ArgumentError("depth", depth, f"less than {below:.4g} a0, below which forces reach through the base")
+        if not held + found.lost > model.reach:
+            warnings.warn(
+                f"forces reach {model.reach:.3g} a0, through the held base of {held:.3g} a0: the lowest moving atoms "
+                f"feel that it ends; with a depth below {below - model.reach:.4g} a0 they would not",
+                stacklevel=2,
+            )
         return found
     assert model.cell is not None
     return model.cell.slab(width, depth, model.reach, crystal.skin)

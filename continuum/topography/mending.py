@@ -187,9 +187,13 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
 
 
 def wall_from_map(
-    topography: Topography, n: int, spacing: float, edges: Edges, centre: tuple[float, float] = (0.5, 0.5)
+    topography: Topography,
+    n: int | tuple[int, int],
+    spacing: float | tuple[float, float],
+    edges: Edges,
+    centre: tuple[float, float] = (0.5, 0.5),
 ) -> Topography:
-    """A periodic wall of n x n points, one above each surface atom, from a part of a map; heights are in m.
+    """A periodic wall of n x n points, or of two numbers of them, from a part of a map; heights are in m.
 
     The part is cut out, its plane subtracted, and interpolated by cubic splines; then it is continued by its mirror
     images (the part is then n/2 spacings wide), or brought to its mean at the edges by a Tukey window; and turned
@@ -198,47 +202,50 @@ def wall_from_map(
     Parameters
     ----------
     topography : as read.
-    n : points along a side, even with mirrors.
-    spacing : of the atoms, a0, in m.
+    n : points along a side, even with mirrors; or along x and along y.
+    spacing : of the points, as a0 of atoms, in m; or along x and along y.
     edges : method to make it periodic.
     centre : centre of the part, as fractions of the map.
 
     Raises TopographyError if the part does not lie within the map, has too few of its pixels, or is a plane.
     """
     instance("topography", topography, Topography)
-    spacing = number("spacing", spacing, above=0)
+    steps = [number("spacing", step, above=0) for step in (spacing if isinstance(spacing, tuple) else (spacing,) * 2)]
+    counts = [count("n", size, 1, LARGEST_N) for size in (n if isinstance(n, tuple) else (n, n))]
     choice("edges", edges, get_args(Edges))
     for fraction in pair("centre", centre):
         number("centre", fraction, above=0, below=1)
-    if count("n", n, 1, LARGEST_N) % 2 and edges == "mirror":
+    if any(size % 2 for size in counts) and edges == "mirror":
         raise TopographyError(f"{topography.source}: mirrors need an even number n of atoms along a side, got {n}")
-    points = n // 2 if edges == "mirror" else n
-    level = detrend(_cut(topography, points, spacing, centre))
+    points = [size // 2 if edges == "mirror" else size for size in counts]
+    level = detrend(_cut(topography, points, steps, centre))
     if edges == "mirror":
         made = mirror(level)
     else:
         from scipy.signal.windows import tukey
 
-        taper = tukey(points + 1, _TAPER)[:-1]
+        tapers = [tukey(size + 1, _TAPER)[:-1] for size in points]
         step = "brought to its mean at the edges by a Tukey window"
-        made = detrend(level.after(level.heights * np.outer(taper, taper), step, periodic=True))
+        made = detrend(level.after(level.heights * np.outer(*tapers), step, periodic=True))
     return made.after(-made.heights, "turned over: what stands out of the body comes lowest")
 
 
-def _cut(topography: Topography, points: int, spacing: float, centre: tuple[float, float]) -> Topography:
+def _cut(
+    topography: Topography, points: Sequence[int], spacing: Sequence[float], centre: tuple[float, float]
+) -> Topography:
     """The part of a map, sampled above the atoms."""
-    side = points * spacing
-    width = units.readable(side, "length")
+    sides = [size * step for size, step in zip(points, spacing, strict=True)]
+    width = " x ".join(dict.fromkeys(units.readable(side, "length") for side in sides))
     pixels = [np.arange(m) * length / m for m, length in zip(topography.heights.shape, topography.lengths, strict=True)]
-    start = [c * length - side / 2 for c, length in zip(centre, topography.lengths, strict=True)]
-    at = [s + (np.arange(points) + 0.5) * spacing for s in start]
+    start = [c * length - side / 2 for c, length, side in zip(centre, topography.lengths, sides, strict=True)]
+    at = [s + (np.arange(size) + 0.5) * step for s, size, step in zip(start, points, spacing, strict=True)]
     if any(x[0] < pixel[0] or x[-1] > pixel[-1] for x, pixel in zip(at, pixels, strict=True)):
         size = " x ".join(units.readable(length, "length") for length in topography.lengths)
         raise TopographyError(
             f"{topography.source}: a part {width} wide about {centre} does not lie within the map, "
             f"{size}: a smaller n or spacing, another centre, or another map"
         )
-    if any(side < _FEWEST * pixel[1] for pixel in pixels):
+    if any(side < _FEWEST * pixel[1] for side, pixel in zip(sides, pixels, strict=True)):
         widest = units.readable(max(pixel[1] for pixel in pixels), "length")
         raise TopographyError(
             f"{topography.source}: a part {width} wide has fewer than {_FEWEST} pixels of {widest}: "
@@ -248,8 +255,10 @@ def _cut(topography: Topography, points: int, spacing: float, centre: tuple[floa
     pixel = " x ".join(units.readable(x[1], "length") for x in pixels)
     cut = topography.after(
         heights, f"{width} cut out about the fractions {centre[0]:g}, {centre[1]:g}",
-        lengths=(side, side), periodic=False,
+        lengths=(sides[0], sides[1]), periodic=False,
     )  # fmt: skip
     return cut.after(
-        heights, f"sampled every {units.readable(spacing, 'length')} by cubic splines through pixels of {pixel}"
+        heights,
+        f"sampled every {' x '.join(dict.fromkeys(units.readable(step, 'length') for step in spacing))} by cubic "
+        f"splines through pixels of {pixel}",
     )

@@ -21,7 +21,7 @@ from atomistic.cli import main
 from atomistic.config.crystal import CrystalTable
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
-from atomistic.crystal.crystal import AtomSlab, Slab, distortion, slipped
+from atomistic.crystal.crystal import AnySlab, AtomSlab, Slab, distortion, slipped
 from atomistic.crystal.faces import STRUCTURES, cell_of
 from atomistic.crystal.model import AnyCrystalModel
 from atomistic.crystal.potentials import PotentialError, find_potential
@@ -39,6 +39,8 @@ from continuum.model.cubic import anisotropic_contact_modulus, rotated
 from continuum.model.fourier import Real
 from continuum.model.walls import LennardJonesSpline
 from continuum.theory.smooth import Hertz
+from continuum.topography.mending import wall_from_map
+from continuum.topography.reading import read_topography
 from tests.problems import lmp
 
 INPUTS = Path(__file__).parents[3] / "inputs/lammps"
@@ -355,9 +357,14 @@ def test_atoms_of_a_file_are_refused_where_they_make_no_slab(tmp_path: Path) -> 
     copper = nickel.copy()
     copper.symbols[3] = "Cu"
     assert "atoms of the elements of the potential, Al, Ni" in told(copper)
-    assert "below which forces reach through the base" in told(nickel)
     skew = ase.build.fcc111("Ni", (6, 6, 6), a=3.52, vacuum=5)
-    assert "rectangular cell" in told(skew)
+    skew.cell[1] = skew.cell[1] + 0.1234 * skew.cell[0]
+    assert "which is rectangular, or hexagonal" in told(skew)
+    assert "some are held" in told(nickel, slab={"depth": 9.0})
+    assert "no solid has this" in told(nickel, crystal=own | {"a0": "2.49mm"})
+    assert "only atoms of a file" in faults(
+        **tables | {"crystal": {"face": "111", "a0": "2.49Å"}, "slab": {"n": 8, "depth": 3.0}}
+    )
     (tmp_path / "slab.xyz").write_text("no atoms\n")
     (tmp_path / "own.toml").write_bytes((INPUTS / "own.toml").read_bytes())
     with pytest.raises(ConfigError, match="a file of atoms that ASE reads"):
@@ -389,3 +396,100 @@ def test_styles_that_a_hybrid_one_combines_are_looked_up_too() -> None:
 def test_the_elastic_command_names_what_it_measures() -> None:
     with pytest.raises(ConfigError, match=r"fcc\(100\) here; E\* of another face stands in README.txt of its deck"):
         a.elastic(INPUTS / "iron.toml")
+
+
+def own_slab(tmp_path: Path, atoms: ase.Atoms, **crystal: Any) -> DeckConfig:
+    plain = ase.Atoms(atoms.symbols, atoms.positions, cell=atoms.cell, pbc=(True, True, False))
+    ase.io.write(tmp_path / "slab.xyz", plain)
+    return parsed(
+        source_of(
+            {
+                "interatomic": {"kind": "eam", "file": "NiAlH_jea.eam.alloy", "element": "Ni"},
+                "crystal": {"atoms": str(tmp_path / "slab.xyz"), "modulus": "200GPa"} | crystal,
+                "slab": {"depth": 4.5}, "separation": 1.0,
+                "surface": {"kind": "sine", "amplitude": 0.1, "waves": [1, 1]},
+                "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.005},
+            },
+            "deck",
+        ),
+        DeckConfig,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("n", "rows", "times"), [(3, 3, 2), (2, 4, 1)])
+def test_a_hexagonal_cell_is_a_rectangle_with_a_warning_of_a_thin_base(
+    n: int, rows: int, times: int, tmp_path: Path
+) -> None:
+    """Eight layers, of which two are held: atoms of nickel feel each other across five."""
+    hexagonal = ase.build.fcc111("Ni", (n, rows, 8), a=3.52, vacuum=5)
+    with pytest.warns(UserWarning, match=r"forces reach 4.* a0, through the held base of 0.816 a0"):
+        deck = a.deck(own_slab(tmp_path, hexagonal))
+    assert deck.slab.size == times * len(hexagonal)
+    assert deck.slab.surface_atoms == times * n * rows
+    assert deck.slab.grid.lengths == pytest.approx((n, times * rows * 3**0.5 / 2))
+    with pytest.warns(UserWarning, match="through the held base"):
+        square = a.deck(
+            own_slab(tmp_path, ase.build.fcc111("Ni", (n, times * rows, 8), a=3.52, vacuum=5, orthogonal=True))
+        )
+
+    def places(slab: AnySlab) -> Real:  # away from the border, at which rounding decides
+        at = slab.positions + np.array([0.3, 0.2, 0.0])
+        at[:, :2] %= slab.grid.lengths
+        return at[np.lexsort(np.round(at, 3).T)]
+
+    assert places(deck.slab) == pytest.approx(places(square.slab), abs=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore:forces reach")
+def test_a0_of_an_own_slab_is_given_or_the_first_peak_of_its_distances(tmp_path: Path) -> None:
+    nickel = ase.build.fcc111("Ni", (4, 4, 8), a=3.52, vacuum=5, orthogonal=True)
+    nickel.positions += np.random.default_rng(2).normal(0, 0.03, nickel.positions.shape)
+    config = own_slab(tmp_path, nickel)
+    # Thermal noise moved the smallest distance by 6 %.  Some 700 distances, each .042 Å off.
+    assert model_below(config.interatomic.potential(), config.crystal).length == pytest.approx(3.52 / 2**0.5, abs=0.006)
+    given = own_slab(tmp_path, nickel, a0="2.6Å")
+    assert model_below(given.interatomic.potential(), given.crystal).length == 2.6
+    assert given.grid.lengths[0] == pytest.approx(nickel.cell[0, 0] / 2.6)
+
+
+def test_a_measured_map_stands_over_another_face(tmp_path: Path) -> None:
+    """At points about a0 apart, of which (111) has an odd number along y."""
+    x, y = np.meshgrid(*[np.arange(64) * 0.1] * 2, indexing="ij")
+    np.save(tmp_path / "map.npy", np.sin(x) + np.cos(1.3 * y))
+    tables = {
+        "interatomic": {"kind": "springs"}, "crystal": {"face": "111"}, "slab": {"n": [32, 35], "depth": 2.0},
+        "surface": {"kind": "topography", "path": str(tmp_path / "map.npy"), "size": "6.4nm", "unit": "nm",
+                    "spacing": "0.3nm"},
+        "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.0}, "separation": 6.0, "follows": "atom",
+    }  # fmt: skip
+    deck = a.deck(parsed(source_of(tables, "deck"), DeckConfig))
+    (nx, ny), (width, height) = deck.slab.grid.shape, deck.slab.grid.lengths
+    assert (nx, ny) == (32, 35)
+    heights = deck.profile
+    assert np.ptp(heights) > 1
+    # Mirrored along both axes: point i and 2m - 1 - i of the even map; the odd one is a spline through that.
+    assert heights == pytest.approx(heights[::-1], abs=1e-9)
+    wall = wall_from_map(read_topography(tmp_path / "map.npy", size=(6.4e-9, 6.4e-9), unit=1e-9), (nx, ny + 1),
+                         (0.3e-9 * width / nx, 0.3e-9 * height / (ny + 1)), "mirror")  # fmt: skip
+    points = np.meshgrid(np.arange(nx) * width / nx, np.arange(ny) * height / ny, indexing="ij")
+    even = shape_of(wall.heights / 0.3e-9, (width, height))
+    assert heights == pytest.approx(even.evaluate(*points).height, abs=1e-12)
+    # A tenth of the way from the edge to the middle of the part, and as far above it, is the same place of the map.
+    assert even.evaluate(*np.array([[1.3], [0.1 * height]])).height == pytest.approx(
+        even.evaluate(*np.array([[1.3], [-0.1 * height - height / (ny + 1)]])).height, abs=1e-9
+    )
+
+
+def test_a_slab_may_be_wider_than_512() -> None:
+    """Its deck is not made: 4 million atoms."""
+    config = parsed(
+        source_of(
+            {
+                "interatomic": {"kind": "springs"}, "slab": {"n": [1024, 768], "depth": 4.0}, "separation": 1.0,
+                "surface": {"kind": "sphere", "radius": 1e5}, "wall": {"law": "lennard-jones-spline", "range": 0.0},
+            },
+            "deck",
+        ),
+        DeckConfig,
+    )  # fmt: skip
+    assert config.grid.shape == (1024, 768)
