@@ -1,4 +1,4 @@
-"""The page of the house: its drawing is of the imports of now, and its walk leads from function to function."""
+"""The page of the structure: its drawing has the present imports, and each function of a call chain calls the next."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from docs.house import APART, DRAWING, ROOT, below, edges, levels, places, reduced, rooms
 
 PAGE = (ROOT / "docs/house.md").read_text(encoding="utf-8")
-WALK = PAGE.partition("## A walk")[2].partition("## The rooms")[0]
+WALK = PAGE.partition("## Four call chains")[2].partition("## The rooms")[0]
 STEP = r"`([\w.]+)` in\s`((?:atomistic|continuum)/[\w/]+\.py)`"
 
 

@@ -201,6 +201,21 @@ def _warm() -> str:
     return f"{found.min():.1f} to {found.max():.1f} %"
 
 
+@cache
+def _optimizers() -> list[dict[str, str]]:
+    """The slabs on which all optimizers of ASE were counted in double precision, by column of the benchmarks' table."""
+    rows = _sections("benchmarks.md", r"^### (.*)$")["Optimizers"]
+    head, _, *rows = [row for row in rows if len(row) == len(rows[0])]
+    named = [dict(zip(head, row, strict=True)) for row in rows]
+    return [row for row in named if row["LBFGS"] and "float32" not in row["slab"]]
+
+
+def _evaluations(column: str) -> str:
+    """Least and largest number of evaluations: the last number of a cell."""
+    found = [float(re.findall(r"[\d.]+", row[column])[-1]) for row in _optimizers()]
+    return f"{min(found):.0f} to {max(found):.0f}"
+
+
 _SAID = {
     "maps.corrected": ("maps", r"the answer of the clean map within a factor of ([\d.]+)"),
     "maps.hurst": ("maps", r"the fitted H was right within ([\d.]+\d)"),
@@ -214,6 +229,9 @@ _SAID = {
     "paths.scatter": ("paths", r"with a standard deviation of (\S+) E\*"),
     "gradients.differences": ("verification", r"Finite differences agree to (1e-\d+)"),
     "gradients.removed": ("verification", r"taking off a mean of (\S+) a0 makes it stick"),
+    "commands.counts": ("benchmarks", r"`atomistic check` were right within a factor of ([\d.]+)"),
+    "commands.runs": ("benchmarks", r"within a factor of [\d.]+ for (\d+) runs"),
+    "commands.times": ("benchmarks", r"The time of the \d+ runs was right within ([\d.]+),"),
     "substrates.hard": ("verification", r"of a solve are (\d+) times those of a periodic surface"),
     "substrates.law": ("verification", r"under a hard wall, and ([\d.]+ to \d+) times"),
     "substrates.digits": ("verification", r"K_q is right to (1e-\d+)"),
@@ -410,6 +428,12 @@ MADE: dict[str, Callable[[], str]] = {
         r": ([\d.]+ ± [\d.]+)",
     ),
     **{name: lambda asked=asked: _said(*asked) for name, asked in _SAID.items()},
+    "atoms.slabs": lambda: str(len(_optimizers())),
+    "atoms.response": lambda: _evaluations("response, of a small slab (of the whole)"),
+    **{
+        f"atoms.{name}": lambda name=name: _evaluations(name)
+        for name in ("GreensRelaxation", "PreconLBFGS", "LBFGS", "FIRE")
+    },
     "trust.peak": lambda: f"{_classical('theory: peak'):.0f} %",
     "trust.lattice": lambda: f"{_classical('lattice: load'):.2f} %",
     "trust.warm": _warm,
