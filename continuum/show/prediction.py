@@ -11,7 +11,7 @@ from continuum.show import plot
 from continuum.show.answer import HOW, force, length, per_area, per_cent, pressure, statements
 from continuum.show.page import Page
 from continuum.show.prediction_data import areal, load_works
-from continuum.show.prediction_figures import fault_figure, overview
+from continuum.show.prediction_figures import fault_figure, load_figure, overview
 from continuum.sticky.prediction import PredictionNumbers
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.threshold import MapThreshold
@@ -226,6 +226,8 @@ def write_prediction(prediction: PredictionNumbers, folder: Path, name: str) -> 
     :func:`continuum.show.plot.written_as`; returns HTML and PNG files.
     """
     figures = {name: (overview(prediction), "")}
+    if (loads := load_figure(prediction)) is not None:
+        figures[f"{name}-load"] = loads, "Mean pressure against contact area, with the error of the threshold."
     if prediction.faults:
         figures[f"{name}-faults"] = (fault_figure(prediction), "Faults of the map.")
     drawn = [

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from continuum import units
 from continuum.model.fourier import Real
 from continuum.show import plot
+from continuum.show.prediction_data import load_works
 from continuum.sticky.prediction import PredictionNumbers
 from continuum.sticky.threshold import MapThreshold, RangePoint
 from continuum.topography.faults import Findings
@@ -21,6 +22,8 @@ _LINES: dict[str, Any] = {r"$\lambda_L$": ":", r"$\lambda_s$": "-.", "noise": (0
 """Lines at the ends of the fit in a spectrum."""
 _DECADES = 3.0
 """Decades of a derivative that are told apart."""
+_SEEN = 3.0
+"""Contact area, in per cent, up to which the curve without adhesion is shown at least."""
 _HALF = 0.46
 """Part of the width of the figure that the legend of one of two panels may take."""
 
@@ -62,8 +65,13 @@ def overview(prediction: PredictionNumbers) -> Figure:
 
 def length_scale(value: float) -> tuple[float, str]:
     """Unit of length for an axis that reaches a value: its size and name."""
-    name = units.readable(value, "length").split()[1]
-    return units.unit_size(name, "length"), name
+    return _unit(value, "length")
+
+
+def _unit(value: float, quantity: units.Quantity) -> tuple[float, str]:
+    """Unit for an axis that reaches a value: its size and name."""
+    name = units.readable(value, quantity).split()[1]
+    return units.unit_size(name, quantity), name
 
 
 def _draw_values(
@@ -140,6 +148,45 @@ def _draw_curve(axis: Axes, prediction: PredictionNumbers, threshold: MapThresho
         1e9 * contact.range, 1e3 * contact.work_of_adhesion, "*", color=plot.SERIES[5], markersize=9, label=here
     )
     axis.set(xlabel="range of the attraction (nm)", ylabel="work of adhesion (mJ/m²)", ylim=(least, most))
+
+
+@plot.styled
+def load_figure(prediction: PredictionNumbers) -> Figure | None:
+    """Mean pressure against the contact area: with w and the error of w_c, at the threshold, and without adhesion.
+
+    None where there are bounds only.
+    """
+    found, said = prediction.threshold, prediction.adhesion
+    curve = None if found is None else found.adhesion
+    if found is None or said is None or curve is None:
+        return None
+    works = load_works(prediction, found)
+    areas = 100 * curve.pressures(0.0)[0]
+    loads = {name: curve.pressures(work)[1] for name, work in works.items()}
+    given = 0.0 if prediction.pressure is None else prediction.pressure
+    # The whole of the tension, and about as much of the pressure; a given one is seen.
+    most = max(1.5 * given, -2 * said.pull_off.pressure, float(loads["none"][areas <= _SEEN][-1]))
+    unit, name = _unit(most, "pressure")
+    figure, axis = plot.new_axes(plot.COLUMN, 0.8 * plot.COLUMN)
+    axis.fill_between(
+        areas, loads["w low"] / unit, loads["w high"] / unit, color=plot.SERIES[0], alpha=0.25, linewidth=0
+    )
+    for key, label, style in (
+        ("none", "without adhesion", "--"),
+        ("w_c", "threshold $w_c$", ":"),
+        ("w", "this $w$", "-"),
+    ):
+        axis.semilogx(areas, loads[key] / unit, style, color=plot.SERIES[0] if key == "w" else "black", label=label)
+    marks = {"pull-off": said.pull_off, "without load": said.unloaded, "at the load": said.loaded}
+    for place, (label, point) in enumerate(marks.items()):
+        if point is not None and point.area > 0:
+            axis.plot(100 * point.area, point.pressure / unit, "ov*"[place], color=plot.SERIES[5], label=label)
+    axis.axhline(0.0, color="gray", linewidth=0.6)
+    axis.set(xlabel="contact area (%)", ylabel=f"mean pressure ({name})",
+             ylim=(1.3 * min(float(loads["w high"].min()), -0.1 * most) / unit, most / unit))  # fmt: skip
+    plot.log_ticks(axis)
+    plot.legend_below(figure, plot.labelled(axis))
+    return figure
 
 
 def _draw_deciding(axis: Axes, threshold: MapThreshold) -> str:

@@ -16,6 +16,7 @@ from continuum.cli import main
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.show.answer import statements
+from continuum.show.prediction_figures import load_figure
 from continuum.solve.solution import NotConvergedError
 from continuum.sticky.materials import Interface
 from continuum.sticky.on_grid import UnresolvedError
@@ -37,6 +38,7 @@ from continuum.sticky.threshold import (
 from continuum.theory.rough import threshold_share
 from continuum.topography.map import Topography, mirror
 from tests.continuum.sticky.test_predict import surface
+from tests.printed import faults_in_print
 
 RANGE = 0.35
 
@@ -374,6 +376,18 @@ def test_waves_that_were_not_measured_leave_it_open_by_what_they_change_of_the_e
         assert ("were not measured" in verdict.why) is (answer == "undecided")
 
 
+def test_the_figure_of_the_load_fits_and_there_is_none_with_bounds_only() -> None:
+    topography = Topography(1e-9 * textured("Gaussian").heights, (128e-9, 128e-9), True)
+    contact = Interface(1e9, 0.004, 1e-9, None, pressure=1e6)
+    found = prediction_of([topography], contact, smallest=2e-9).solved(search=False)
+    figure = load_figure(found)
+    assert figure is not None
+    assert faults_in_print(figure) == []
+    low, high = figure.axes[0].get_ylim()
+    assert low < 0 < 1.0 < high  # MPa
+    assert load_figure(replace(found, threshold=bounds(found.contact, ""))) is None
+
+
 def test_a_map_is_pressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     times = list[int]()
     once = PressedMap._pressed
@@ -412,6 +426,7 @@ def test_the_command_says_what_it_does_and_then_the_answer(tmp_path: Path, capsy
     for less, more in (("none", "w_c"), ("w_c", "w"), ("w low", "w high")):
         assert np.all(np.array(curve["pressure_Pa"][less]) >= np.array(curve["pressure_Pa"][more]))
     assert (tmp_path / "map-predict.png").exists()
+    assert (tmp_path / "map-predict-load.png").exists()
     assert not [*tmp_path.glob("*.pdf")]  # of which the fonts alone would take a quarter of the time
     assert main([*command, "--no-solve", "--format", "pdf"]) == 0
     assert {path.suffix for path in tmp_path.glob("map-predict.*")} == {".html", ".png", ".pdf"}
