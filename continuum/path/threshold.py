@@ -238,9 +238,25 @@ class PressedState:
     def deciding_heights(self, wall: Wall) -> Real:
         """The derivative of w_DMT = N0/<τ> by every height at this area, shape ``grid.shape``, in E*.
 
-        It is positive where a greater height of the wall above the surface raises w_DMT, and its sum vanishes.  Of a
-        number whose change is <f dz> the derivative by the heights is (1 + φ'' G)^-1 f, one linear solve: of a core so
-        stiff it is found as a force on the contact, as f and what cancels it are large there.
+        It is positive where a greater height of the wall above the surface raises w_DMT, and its sum vanishes.
+        """
+        by_load, by_tension = self._by_heights(wall)
+        pull = self.grid.mean(self.attraction(wall)[0])
+        return np.asarray((by_load - self.load / pull * by_tension) / pull)
+
+    def load_by_heights(self, wall: Wall, work: float) -> Real:
+        """The derivative of the load N0 - w <τ> by every height at this area, shape ``grid.shape``, per A0 in E*/a0.
+
+        Of an attraction that opens the gaps, w is the part of the work that still acts.
+        """
+        by_load, by_tension = self._by_heights(wall)
+        return np.asarray(by_load - work * by_tension)
+
+    def _by_heights(self, wall: Wall) -> tuple[Real, Real]:
+        """The derivatives of N0 and <τ> by every height at this area.
+
+        Of a number whose change is <f dz> the derivative by the heights is (1 + φ'' G)^-1 f, one linear solve: of a
+        core so stiff it is found as a force on the contact, as f and what cancels it are large there.
         """
         inside, stiffness, opens, mean = self.contact, self.core.stiffness, self.opening, self.grid.mean
 
@@ -251,10 +267,9 @@ class PressedState:
 
         edge = area_by_lines(self.distance)[1] * self.grid.size
         area = by_heights(edge) / mean(edge * opens)
-        pull, slope = self.attraction(wall)
+        _, slope = self.attraction(wall)
         by_load, by_tension = (one - mean(one) * area for one in (-stiffness * inside * opens, by_heights(slope)))
-        found: Real = (by_load - self.load / mean(pull) * by_tension) / (mean(pull) * self.grid.size)
-        return found
+        return by_load / self.grid.size, by_tension / self.grid.size
 
     def threshold(self, law_of: WallOfWork) -> Threshold:
         """Where the load at this area vanishes under a law, whose shape is that of the work found.

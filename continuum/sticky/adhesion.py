@@ -5,12 +5,16 @@ Twelve and more states without adhesion tell the load at each area for every wor
 the stress on retraction is larger: the pull-off stress is then said to be a lower bound.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
 from continuum.model.fourier import Real
-from continuum.path.adhesion_curve import AdhesionCurve, Reading
+from continuum.model.walls import Wall
+from continuum.path.adhesion_curve import AdhesionCurve, PressedSeries, Reading
+from continuum.solve.solution import NotConvergedError
 from continuum.theory.smooth import MaugisDugdale
 
 LARGEST_X, FEWEST_PATCHES = 0.5, 10
@@ -60,6 +64,10 @@ class MapCurve:
     """Unit of length."""
     own: int = 1
     """Copies of the map among the patches: its mirror images."""
+    states: PressedSeries | None = field(default=None, repr=False)
+    """The states of the curve."""
+    wall: Wall | None = field(default=None, repr=False)
+    """The law, of any work."""
 
     @cached_property
     def dense(self) -> AdhesionCurve:
@@ -91,6 +99,40 @@ class MapCurve:
         if pressure is None:
             return found
         return found._replace(loaded=self.at_pressure(work, pressure), alone=self.at_pressure(0.0, pressure))
+
+    def pull_off_by_heights(self, work: float) -> Real:
+        """The derivative of the pull-off stress by every height of the surfaces' map, on the grid of the states.
+
+        At the least load the derivative of the curve is that at its area (envelope theorem); the part of the work that
+        acts is kept.  Positive where a higher wall raises it; per length.
+        """
+        return -self._load_by_heights(work, self.curve.least(work / self.scale).area)
+
+    def area_by_heights(self, work: float, pressure: float) -> Real:
+        """The derivative of the contact area at a pressure by every height, on the grid of the states, per length.
+
+        Raises
+        ------
+        NotConvergedError
+            If the curve does not reach the pressure.
+        """
+        found = self.at_pressure(work, pressure)
+        if found is None or found.area == 0:
+            raise NotConvergedError("no derivative: the curve does not reach this pressure")
+        step = 0.05
+        ends = self.curve.at([found.area * (1 - step), found.area * (1 + step)]).loads(work / self.scale)
+        slope = self.stress * float(ends[1] - ends[0]) / (2 * step * found.area)
+        return -self._load_by_heights(work, found.area) / slope
+
+    def _load_by_heights(self, work: float, area: float) -> Real:
+        """The derivative of the mean pressure at an area by every height, between the two states beside it."""
+        if self.states is None or self.wall is None or area < self.curve.areas[0]:
+            raise NotConvergedError("no derivative: no state of the curve lies there")
+        areas, remaining = np.log(self.curve.areas), self.curve.remaining(work / self.scale)
+        i = min(max(int(np.searchsorted(areas, np.log(area))), 1), areas.size - 1)
+        share = float(np.clip((np.log(area) - areas[i - 1]) / (areas[i] - areas[i - 1]), 0.0, 1.0))
+        low, high = (self.states.states[k].load_by_heights(self.wall, float(remaining[k])) for k in (i - 1, i))
+        return np.asarray(((1 - share) * low + share * high) * self.stress / self.length)
 
     def effective_work(self, work: float) -> tuple[float, CurvePoint] | None:
         """Work of adhesion that a sphere feels, and its state where it is closest; None where the curve is not known.

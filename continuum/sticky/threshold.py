@@ -343,6 +343,7 @@ class PressedMap:
         return MapCurve(
             states.curve(linear.wall(reach)), modulus * self.hard.load / linear.hard.load,
             self._more(reach) * modulus * self.unit, self.unit, 1 if self.topography.periodic else 4,
+            states, linear.wall(reach),
         )  # fmt: skip
 
     @cached_property

@@ -107,6 +107,31 @@ def test_a_curve_in_other_units_is_the_same_curve() -> None:
     assert one.loaded.gap < one.alone.gap
 
 
+def test_pull_off_and_area_change_with_the_heights_as_their_derivatives_say() -> None:
+    """Of a surface 2 % rougher, of which all states are made anew."""
+    contact, states = series()
+    work, step = 2 * float(curve().at([0.01]).thresholds()[0]), 0.02
+    found = MapCurve(curve(), 1.0, 1.0, 1.0, 1, states, wall(1e-6))
+    pressure = float(curve().at([0.05]).loads(work)[0])
+
+    def numbers(scale: float) -> np.ndarray:
+        rougher = c.Contact(scale * contact.heights, HardWall(), tolerance=1e-5)
+        problem, settings = rougher.problem, rougher.settings
+        first = find_area(problem, 0.01, settings, Search(0.03), (), "start", solver_of(problem, settings)).require()
+        there = MapCurve(press_series(problem, first, settings, CORE).curve(wall(1e-6)), 1.0, 1.0, 1.0)
+        loaded = there.at_pressure(work, pressure)
+        assert loaded is not None
+        return np.array([-there.pull_off(work).pressure, loaded.area])
+
+    heights = contact.problem.heights - contact.problem.heights.mean()
+    derivatives = [found.pull_off_by_heights(work), found.area_by_heights(work, pressure)]
+    said = [float((one * heights).sum()) for one in derivatives]
+    solved = (numbers(1 + step) - numbers(1 - step)) / (2 * step)
+    # The acting part of the work is kept, which the heights change by x of some 0.1; areas are counts of points.
+    assert said == pytest.approx(solved, rel=0.15)
+    assert all(abs(one.sum()) < 1e-3 * np.abs(one).sum() for one in derivatives)
+
+
 def test_outside_of_its_range_a_pull_off_stress_is_a_lower_bound() -> None:
     """Far above the threshold the gaps move by much of the range; a few patches, and the end of the curve."""
     found = MapCurve(curve(), 1.0, 1.0, 1.0)

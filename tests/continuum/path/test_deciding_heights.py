@@ -34,8 +34,12 @@ def test_w_dmt_changes_as_its_derivative_says_and_a_shift_of_all_heights_does_no
     assert abs(found.sum()) < 1e-7 * np.abs(found).sum()
     area = area_by_lines(state.distance)[0]
     x, y = grid.positions
+    acting = 0.7 * state.dmt(lambda _: wall)
+    by_load = state.load_by_heights(wall, acting)
+    assert abs(by_load.sum()) < 1e-7 * np.abs(by_load).sum()
 
-    def work(change: np.ndarray) -> float:
+    def numbers(change: np.ndarray) -> np.ndarray:
+        """w_DMT, and the load under a part of it."""
         moved = state.distance + state.core.response(change)
 
         def excess(lift: float) -> float:
@@ -46,10 +50,11 @@ def test_w_dmt_changes_as_its_derivative_says_and_a_shift_of_all_heights_does_no
         load = -stiffness * grid.mean(np.where(state.contact, distance, 0.0))
         apart = np.where(state.contact, wall.range * 10, np.maximum(distance, 0.0))
         pull = -wall.evaluate(wall.zero_gap + apart).traction / wall.work_of_adhesion
-        return load / grid.mean(pull)
+        return np.array([load / grid.mean(pull), load - acting * grid.mean(pull)])
 
     for along_x, along_y in ((1, 0), (2, 1), (0, 3)):
         wave = np.cos(2 * np.pi * (along_x * x + along_y * y) / 64 + 1)
         step = 1e-6
-        difference = (work(step * wave) - work(-step * wave)) / (2 * step)
-        assert (found * wave).sum() == pytest.approx(difference, rel=1e-3), (along_x, along_y)
+        by_work, by_area = (numbers(step * wave) - numbers(-step * wave)) / (2 * step)
+        assert (found * wave).sum() == pytest.approx(by_work, rel=1e-3), (along_x, along_y)
+        assert (by_load * wave).sum() == pytest.approx(by_area, rel=1e-3), (along_x, along_y)
