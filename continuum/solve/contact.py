@@ -24,9 +24,11 @@ from continuum.solve.solution import Goal, Iteration, Status
 
 STIFF = 0.1
 """Points belong to the contact where the wall is stiffer than this part of K of the stiffest wave."""
-STIFFEST, LARGEST = 1.5, 0.12
-"""The contact's own step is made where the mean stiffness on the contact is at least so many K of the stiffest wave,
-and the contact at most this share of the points."""
+STIFFEST = 1.5
+"""The contact's own step is made where the mean stiffness on the contact is at least so many K of the stiffest wave."""
+FELT, LARGEST = 0.01, 0.12
+"""It is made where the wall is stiffer than a part of that K on at most this share of the points: the step leaves out
+what an attraction holds around the contact, and is too long where that is much."""
 REDUCTION, DIRECTIONS = 0.1, 8
 """A step's equations are solved to this part of their residual, or in so many directions."""
 PATIENCE, SLOW = 5, 0.5
@@ -35,7 +37,7 @@ PATIENCE, SLOW = 5, 0.5
 
 def pays(contact: StiffContact) -> bool:
     """Whether the state at hand is one for the contact's own step."""
-    share, stiffness = contact.find(STIFF)
+    share, stiffness = contact.find(STIFF, FELT)
     return 0 < share <= LARGEST and stiffness >= STIFFEST
 
 

@@ -55,11 +55,11 @@ class StiffContact(Protocol):
     Vectors are over the contact: the residual r, t = M r, the direction p.  The mean of u is held: that of G is zero.
     """
 
-    def find(self, stiff: float) -> tuple[float, float]:
-        """Find the contact: where the wall is stiffer than a part of K of the stiffest wave.
+    def find(self, stiff: float, felt: float) -> tuple[float, float]:
+        """Find the contact: where the wall is stiffer than the first part of K of the stiffest wave.
 
-        Returns the share of the points, and the mean stiffness of the wall there over that K; zeros where the mean of u
-        is not held.
+        Returns the share of the points where it is stiffer than the second part, and the mean stiffness of the contact
+        over that K; zeros where there is none, or the mean of u is not held.
         """
 
     def gradient(self, alpha: float, *, complete: bool) -> float:

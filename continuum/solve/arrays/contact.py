@@ -53,13 +53,15 @@ class ArrayContact:
         self._kernels: dict[float, list[float]] = {}
         self._found: tuple[Array, float] = math.nan, math.nan
 
-    def find(self, stiff: float) -> tuple[float, float]:
+    def find(self, stiff: float, felt: float) -> tuple[float, float]:
         if not self.grid.held:
             return 0.0, 0.0
-        least = self.library.number(stiff * self.stiffest)
-        share, stiffness = self.library.numbers(*_share(self.library, self.grid.stiffness, least))
-        self._found = least, stiffness / share if share else 0.0
-        return share, self._found[1] / self.stiffest
+        least, felt_from = (self.library.number(part * self.stiffest) for part in (stiff, felt))
+        share, stiffness, around = self.library.numbers(*_share(self.library, self.grid.stiffness, least, felt_from))
+        if not share:
+            return 0.0, 0.0
+        self._found = least, stiffness / share
+        return around, self._found[1] / self.stiffest
 
     def forget(self) -> None:
         """Give the memory of fields and vectors back."""
@@ -160,10 +162,11 @@ def _flat(xp: Any, field: Array) -> Array:
 
 
 @fused
-def _share(xp: Any, stiffness: Array, least: Array) -> tuple[Array, Array]:
-    """Share of the points where the wall is stiffer, and mean of its stiffness there."""
+def _share(xp: Any, stiffness: Array, least: Array, felt: Array) -> tuple[Array, Array, Array]:
+    """Share of the points where the wall is stiffer, mean of its stiffness there; share of those where it is felt."""
     inside = stiffness > least
-    return mean(xp, xp.astype(inside, xp.float64)), mean(xp, xp.where(inside, stiffness, 0.0))
+    around = xp.astype(stiffness > felt, xp.float64)
+    return mean(xp, xp.astype(inside, xp.float64)), mean(xp, xp.where(inside, stiffness, 0.0)), mean(xp, around)
 
 
 @fused

@@ -72,14 +72,16 @@ class CompiledContact:
             self._response = None
             del self.a
 
-    def find(self, stiff: float) -> tuple[float, float]:
+    def find(self, stiff: float, felt: float) -> tuple[float, float]:
         grid, least = self.grid, stiff * self.stiffest
         if not grid.held:
             return 0.0, 0.0
-        points, total = grid.sweep(stiff_points, grid.stiffness, grid.n, least)[:2]
-        stiffness = total / points if points else 0.0
+        points, total, around = grid.sweep(stiff_points, grid.stiffness, grid.n, least, felt * self.stiffest)[:3]
+        if not points:
+            return 0.0, 0.0
+        stiffness = float(total / points)
         self._found = least, stiffness
-        return points / grid.size, stiffness / self.stiffest
+        return float(around) / grid.size, stiffness / self.stiffest
 
     def gradient(self, alpha: float, *, complete: bool) -> float:
         grid = self.grid
@@ -171,15 +173,16 @@ class CompiledContact:
 
 
 @compiled
-def stiff_points(first: int, last: int, sums: Real, stiffness: Single, n: int, least: float) -> None:
-    """Sums: of the points where the wall is stiffer than ``least``, and of its stiffness there."""
-    points, total = 0, 0.0
+def stiff_points(first: int, last: int, sums: Real, stiffness: Single, n: int, least: float, felt: float) -> None:
+    """Sums: points where the wall is stiffer than ``least``, its stiffness there; points where it is than ``felt``."""
+    points, around, total = 0, 0, 0.0
     for i in range(first, last):
         for j in range(n):
+            around += stiffness[i, j] > felt
             if stiffness[i, j] > least:
                 points += 1
                 total += stiffness[i, j]
-    sums[0], sums[1] = points, total
+    sums[0], sums[1], sums[2] = points, total, around
 
 
 @compiled

@@ -14,6 +14,7 @@ from continuum.model.walls import LennardJonesSpline, Wall, attraction_on_core
 from continuum.path.loading import solve
 from continuum.path.state import PathState
 from continuum.solve import contact
+from continuum.solve.arrays.contact import ArrayContact as NumPyContact
 from continuum.solve.backend import back_end
 from continuum.solve.conjugate import Line
 from continuum.solve.grids import SmoothGrid
@@ -71,7 +72,9 @@ def test_it_is_newtons_step_for_the_stiff_points(grid: SmoothGrid, monkeypatch: 
 
     own = grid.contact
     assert own is not None
-    assert contact.pays(own) == (np.count_nonzero(stiff) / of.size <= contact.LARGEST)
+    share, mean_stiffness = own.find(contact.STIFF, contact.FELT)
+    assert share == np.count_nonzero(stiffness > contact.FELT * K_q.max()) / of.size
+    assert mean_stiffness == pytest.approx(stiff[stiff > 0].mean() / K_q.max(), rel=1e-6)
     residual = own.gradient(0.0, complete=False)
     assert residual == pytest.approx(float(np.sqrt(np.mean(g**2))), rel=1e-12)
     line = contact._direction(own, Line(), 0.0)
@@ -112,6 +115,20 @@ def test_a_soft_wall_and_a_mean_that_is_free_are_left_to_coarser_grids(monkeypat
     assert pressed(160, LennardJonesSpline(adhesion_length=0.0005), gap=1.2).status is Status.CONVERGED
     free = ContactProblem(problem(160, CORE).grid, CORE, problem(160, CORE).heights, HalfSpace("free"))
     assert solve(free, "mean-pressure", 1e-3, Settings(1e-6)).status is Status.CONVERGED
+
+
+@pytest.mark.parametrize(
+    ("share", "stiffness", "made"), [(0.05, 2.0, True), (0.0, 0.0, False), (0.2, 2.0, False), (0.05, 1.0, False)]
+)
+def test_it_is_made_for_little_contact_with_a_stiff_wall(share: float, stiffness: float, made: bool) -> None:
+    class Found(NumPyContact):
+        def __init__(self) -> None:
+            pass
+
+        def find(self, stiff: float, felt: float) -> tuple[float, float]:
+            return share, stiffness
+
+    assert contact.pays(Found()) is made
 
 
 def test_steps_that_stall_end() -> None:
