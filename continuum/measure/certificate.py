@@ -114,7 +114,12 @@ class StateCheck:
 
 
 def check_state(
-    problem: ContactProblem, gap: Real, *, rounded: bool, mean_stiffness: float | None = np.inf
+    problem: ContactProblem,
+    gap: Real,
+    *,
+    rounded: bool,
+    mean_stiffness: float | None = np.inf,
+    missed: float = 0.0,
 ) -> StateCheck:
     """Evaluate a state from its heights and gap.
 
@@ -125,10 +130,11 @@ def check_state(
     rounded : whether the gap was stored in single precision.
     mean_stiffness : K at q = 0 for the eigenvalue, in E*/a0: 0 where the load is given, infinite where the mean gap is,
         None for that of the substrate.
+    missed : difference of each gap from that of the state whose numbers are compared, beyond rounding, in a0.
 
     Raises ValueError for a hard wall without periodic images, where the gap does not determine the traction.
     """
-    coarse = np.maximum(SINGLE * np.abs(gap), TINY)
+    coarse = np.maximum(SINGLE * np.abs(gap), TINY) + missed
     with np.errstate(all="ignore"):  # what is not finite fails every comparison
         if problem.wall.law is None:
             return _under_a_bound(problem, gap, coarse, rounded=rounded)

@@ -11,6 +11,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+ONE_SIDED, EDGE = 3, 0.02
+"""Trials in a row on one side after which a bracket is halved, and the part of it that a secant leaves at its ends."""
+
 
 @dataclass(frozen=True)
 class Bracket:
@@ -36,8 +39,14 @@ class Bracket:
     """Whether the quantity rises along the key."""
     log: bool = False
     """Whether the bracket is halved, and read in between, in the logarithm of the key."""
-    again: int = 0
-    """Trials after the first one on the only side of the crossing that has any."""
+    run: int = 0
+    """Trials in a row on the side of the last one: above the crossing, or negative below."""
+
+    @property
+    def again(self) -> int:
+        """Trials after the first one on the only side of the crossing that has any."""
+        one = math.isnan(self.at_lower) != math.isnan(self.at_upper)
+        return max(abs(self.run) - 1, 0) if one else 0
 
     @property
     def known(self) -> bool:
@@ -78,12 +87,30 @@ class Bracket:
         """
         trials = self.trials + 1
         if at >= self.crosses if self.rising else at <= self.crosses:
-            again = self.again + 1 if math.isnan(self.at_lower) and not math.isnan(self.at_upper) else 0
-            found = replace(self, upper=place, at_upper=at, trials=trials, again=again)
-            return replace(found, lower=math.nan, at_lower=math.nan) if self.lower > place else found
-        again = self.again + 1 if math.isnan(self.at_upper) and not math.isnan(self.at_lower) else 0
-        found = replace(self, lower=place, at_lower=at, trials=trials, again=again)
-        return replace(found, upper=math.nan, at_upper=math.nan) if self.upper < place else found
+            found = replace(self, upper=place, at_upper=at, trials=trials, run=max(self.run, 0) + 1)
+            return found.without(upper=False) if self.lower > place else found
+        found = replace(self, lower=place, at_lower=at, trials=trials, run=min(self.run, 0) - 1)
+        return found.without(upper=True) if self.upper < place else found
+
+    def without(self, *, upper: bool) -> Bracket:
+        """The bracket without its upper end, or its lower one."""
+        if upper:
+            return replace(self, upper=math.nan, at_upper=math.nan)
+        return replace(self, lower=math.nan, at_lower=math.nan)
+
+    def inside(self, *, halve: bool = False) -> float:
+        """A place between both ends to close in on the crossing.
+
+        By the secant, in which an end that has stayed counts half as much each time (the Illinois method: Dowell and
+        Jarratt, BIT 11, 168 (1971)); the middle where that is asked for, or has stayed on one side for long.
+        """
+        if halve or abs(self.run) > ONE_SIDED:
+            return self.middle
+        low, high = self.at_lower - self.crosses, self.at_upper - self.crosses
+        kept = 0.5 ** (abs(self.run) - 1)
+        low, high = (low * kept, high) if self.run > 0 else (low, high * kept)
+        share = low / (low - high) if low != high else 0.5
+        return self.lower + min(max(share, EDGE), 1 - EDGE) * self.width
 
     def closing(self, width: float) -> float:
         """A place beyond :attr:`root`, by a third of a width, so that a trial there leaves a bracket of that width.

@@ -22,6 +22,8 @@ from continuum.solve.solver import Solver
 STRETCH = 50
 """A solve that may turn out not to be wanted is looked at after so many iterations; a fine grid seldom takes more."""
 
+LOOSE, LOOSEST = 100.0, 1e-5
+"""Tolerance of trials, in units of the tolerance asked for, but at most so much, in E*: beyond, areas say nothing."""
 NO_MEAN_GAP = "another control where nothing is repeated: a part of a half-space has no mean displacement of its own"
 
 
@@ -30,6 +32,11 @@ def solver_of(problem: ContactProblem, settings: Settings) -> Solver:
     if problem.open_boundary is not None:
         return NonPeriodicSolver(problem.open_boundary, settings.threads, settings.device)
     return Solver(problem.grid, problem.stiffness_q, settings.threads, settings.device)
+
+
+def loosened(settings: Settings, factor: float = LOOSE, most: float = LOOSEST) -> Settings:
+    """Settings of trials, of which few are worth the tolerance asked for."""
+    return replace(settings, tolerance=max(settings.tolerance, min(factor * settings.tolerance, most)))
 
 
 def equilibrium(

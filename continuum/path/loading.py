@@ -17,9 +17,9 @@ from continuum.measure.contact import Totals, totals_of
 from continuum.model.fourier import Real
 from continuum.model.laws import evaluate
 from continuum.model.problem import ContactProblem
-from continuum.path.aim import loosened, lowest_height
 from continuum.path.area import find_area
-from continuum.path.equilibrium import equilibrium, moved_rigidly, solver_of
+from continuum.path.equilibrium import equilibrium, loosened, moved_rigidly, solver_of
+from continuum.path.estimates import lowest_height
 from continuum.path.state import (
     YIELDS,
     Branch,

@@ -19,10 +19,11 @@ from continuum.arguments import ArgumentError
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
-from continuum.path.aim import area_logarithm, coarser_problem, rough_slope, sample
 from continuum.path.area import find_area
+from continuum.path.coarser import coarser_problem
 from continuum.path.crossing import Bracket
 from continuum.path.equilibrium import equilibrium, solver_of
+from continuum.path.estimates import area_logarithm, asperity_slope, rough_slope, sample
 from continuum.path.state import Control, Event, JumpSide, Outcome, PathState, Search, side_of
 from continuum.solve.solution import Settings, Status
 from continuum.solve.solver import Solver
@@ -46,6 +47,8 @@ tells nothing of w; by the second a law is so strong that the load hardly depend
 found."""
 AREA_BY_WORK = 0.5
 """d ln A/d ln w at a given mean gap, to begin with; d ln r/d ln w is 1."""
+AT_ONCE = 4.0
+"""Slope of the area, over that of rough surfaces, beyond which it is the summits' own that is begun with."""
 JUMP = 0.5
 """A change of ln r over the bracket by more is a jump of the state: ln r rises about as ln w, by the width."""
 
@@ -292,7 +295,9 @@ class _Place:
         """
         apart = work > self.most
         here = np.array([mean_gap, np.log(min(work, self.most))])
-        slope = rough_slope(self.problem)
+        # Tops of one height touch at once: more steeply than rough surfaces by far.
+        slope, summits = rough_slope(self.problem), asperity_slope(self.problem, self.area)
+        slope = summits if summits < AT_ONCE * slope else slope
         slopes = np.array([[slope, AREA_BY_WORK], [0.0, 1.0]])
         before: tuple[Real, Real] | None = None
         for _ in range(MOST_TOGETHER):

@@ -123,13 +123,28 @@ def summary(rows: Iterable[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
+def table(files: dict[str, Path]) -> str:
+    """Pairs of the searches that converged, and over their last solve, one row for each file, as a table of a page."""
+    lines = ["| search | pairs: median, 90 %, most | over the last solve | hard wall at 99 %: least to most |"]
+    lines.append("| --- | --- | --- | --- |")
+    for name, file in files.items():
+        rows = list(csv.DictReader(file.read_text().splitlines()))
+        found = [row for row in rows[:COUNT] if row["status"] == "CONVERGED"]
+        total, last = (np.array([float(row[key]) for row in found]) for key in ("pairs", "last"))
+        of = [", ".join(f"{each:.{digits}f}" for each in (median(one), np.quantile(one, 0.9), one.max()))
+              for one, digits in ((total, 0), (total / last, 1))]  # fmt: skip
+        hard = [float(row["pairs"]) for row in rows[COUNT:]]
+        lines.append(f"| {name} | {of[0]} | {of[1]} | {min(hard):.0f} to {max(hard):.0f} |")
+    return "\n".join(lines)
+
+
 def main() -> None:
     """Measure what is missing in a file, and print its summary."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path)
     parser.add_argument("--count", type=int, default=COUNT + len(HARD))
     given = parser.parse_args()
-    rows = list(csv.DictReader(given.file.open())) if given.file.exists() else []
+    rows = list(csv.DictReader(given.file.read_text().splitlines())) if given.file.exists() else []
     for number in range(len(rows), given.count):
         row = search(number)
         rows.append(row)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from pandas import DataFrame, Series, concat, read_csv
 
+from docs.benchmarks import random_searches
 from docs.studies import (
     adhesion_curve_judged,
     bandwidth,
@@ -382,6 +383,9 @@ MADE: dict[str, Callable[[], str]] = {
     "figure4.asperities": lambda: _claim("figure4-2048", *_CLAIMS["asperities"]),
     "figure4.lambda-L": lambda: _claim("bandwidth", "kappa does not depend on lambda_L", r"at most ([\d.]+)"),
     "budget": _budget,
+    "searches.random": lambda: random_searches.table(
+        {"three searches": MEASURED / "random-searches-before.csv", "one search": MEASURED / "random-searches.csv"}
+    ),
     "claims": lambda: "\n".join(claims.lines()),
     "law.values": law.values,
     "law.count": lambda: str(len(_largest())),

@@ -28,7 +28,7 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.model.walls.attraction import attraction_on_core
 from continuum.path.equilibrium import equilibrium, solver_of
-from continuum.path.full_contact import pressure_of_full_contact
+from continuum.path.estimates import pressure_of_full_contact
 from continuum.path.state import PathState
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver

@@ -40,7 +40,7 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import SelfAffine
 from continuum.model.walls.attraction import attraction_on_core
-from continuum.path.aim import DECAY
+from continuum.path.estimates import DECAY
 from continuum.path.loading import solve
 from continuum.path.state import Search
 from continuum.path.threshold import press_without_adhesion

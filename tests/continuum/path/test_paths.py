@@ -26,7 +26,7 @@ from continuum.model.substrates import HalfSpace, MeanMode
 from continuum.model.surface import SelfAffine, moments
 from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
-from continuum.path.aim import RESOLUTION
+from continuum.path.area import RESOLUTION
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, Event, Outcome, PathState, Search

@@ -26,7 +26,7 @@ from continuum.sweeps.measured import ADDED, numbers_of
 RUN: dict[str, Any] = {
     "grid": {"n": 32},
     "surface": {"kind": "self-affine", "hurst": 0.8, "rms_slope": 0.02, "lambda_s": 8.0, "lambda_L": 16.0, "seed": 1},
-    "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.02},
+    "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.05},
     "substrate": {"response": "half-space", "mean": "clamped"},
     "loading": {"control": "repulsive-area", "targets": [0.05, 0.2], "area_tolerance": 0.05, "area_resolution": 0.02},
     "output": {"fields": True},

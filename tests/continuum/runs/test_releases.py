@@ -67,9 +67,10 @@ def test_a_sweep_of_an_earlier_version_goes_on(old: Path, tmp_path: Path) -> Non
     assert {system.key[:24] for system in systems_of(old).systems} == {path.stem for path in (old / "points").iterdir()}
     table = done.collect()
     assert len(table["load"]) == 4
-    # Those of this version, to the digits of the solver's tolerance, relative to h'rms E*.
+    # Those of this version: either meets the area to 1 %, and repulsion is nearly proportional to it.
     now = c.sweep(old.with_suffix(".toml"), tmp_path, settings={"surface.seed": [3, 4]}, name="now").collect()
-    np.testing.assert_allclose(table["load"], now["load"], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(table["area_rep"], now["area_rep"], rtol=0.02)
+    np.testing.assert_allclose(table["load_rep"], now["load_rep"], rtol=0.03)
 
 
 def test_a_run_of_an_earlier_version_is_this_one_and_grows(old: Path, tmp_path: Path) -> None:
@@ -84,7 +85,8 @@ def test_a_run_of_an_earlier_version_is_this_one_and_grows(old: Path, tmp_path: 
     grown = c.run(tmp_path / "run.toml", path, settings=longer)
     assert grown.resumed == 2
     alone = c.run(tmp_path / "run.toml", tmp_path / "alone.h5", settings=longer)
-    assert grown.points[-1].load == pytest.approx(alone.points[-1].load, abs=1e-7)
+    # Both meet the area to 1 %, from two states that did.
+    assert grown.points[-1].load_rep == pytest.approx(alone.points[-1].load_rep, rel=0.03)
 
 
 def test_a_refusal_names_what_differs_and_both_versions(

@@ -110,7 +110,7 @@ def test_a_search_goes_on_past_a_jump_whose_sides_are_on_one_side_of_the_value(t
     system = {
         "grid": {"n": 32},
         "surface": surface,
-        "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.02},
+        "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.05},
         "substrate": {"response": "half-space", "mean": "clamped"},
         "loading": {"control": "repulsive-area", "targets": [0.05], "area_tolerance": 0.05, "area_resolution": 0.02},
     }

@@ -1,0 +1,53 @@
+"""The contact on every second point of its grid, where a search begins, and the way back from there."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from continuum.model.fourier import Real, cut, padded, prolong, restrict
+from continuum.model.grid import Grid
+from continuum.model.problem import ContactProblem
+from continuum.path.state import PathState
+
+LOST_SLOPE = 0.01
+"""A grid carries a surface if the waves that it cannot resolve hold at most this part of the mean square slope."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """The response of a finer grid on the waves of a coarser one."""
+
+    stiffness_q: Real
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum."""
+        assert grid.shape_q == self.stiffness_q.shape
+        return self.stiffness_q
+
+
+def coarser_problem(problem: ContactProblem, smallest: int, *, roughly: bool = False) -> ContactProblem | None:
+    """The same contact on every second point, if that still shows four points for each wave, or two: roughly."""
+    grid, coarse = problem.grid, problem.grid.coarser
+    if problem.open_boundary is not None or coarse is None or coarse.coarser is None or coarse.narrowest < smallest:
+        return None
+    heights_q = grid.forward(problem.heights)
+    power = (heights_q.real**2 + heights_q.imag**2) * grid.mode_weights * grid.wavenumber**2
+    rows, columns = (coarse if roughly else coarse.coarser).shape_q
+    carried = cut(power, (rows, columns - 1)).sum()
+    if carried < (1 - LOST_SLOPE) * power.sum():
+        return None
+    coarse_q = padded(coarse.shape_q, np.complex128)
+    restrict(heights_q, coarse_q)
+    response = _Cut(cut(problem.stiffness_q, coarse.shape_q))
+    return ContactProblem(coarse, problem.wall, coarse.inverse(coarse_q), response)
+
+
+def carried_gap(coarse: ContactProblem, fine: ContactProblem, state: PathState) -> Real:
+    """The gap of a coarse state on the finer grid."""
+    displacement_q = padded(fine.grid.shape_q, np.complex128)
+    level = state.mean_gap - coarse.mean_height
+    prolong(coarse.grid.forward(coarse.heights + level - state.gap), displacement_q)
+    gap = fine.grid.inverse(displacement_q, overwrite=True)
+    np.subtract(fine.heights, gap, out=gap)
+    gap += state.mean_gap - fine.mean_height
+    return gap
