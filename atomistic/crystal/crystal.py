@@ -47,7 +47,7 @@ class AnySlab:
     positions: Real
     """Sites, shape ``(*ids.shape, 3)``, in a0."""
     types: NDArray[np.int64]
-    """Which element each atom is, from 0, shape (size,)."""
+    """Index of the element of each atom, from 0, shape (size,)."""
     grid: Grid
     """The grid of the map of the wall and of the continuum beside it."""
     mobile: int
@@ -61,13 +61,13 @@ class AnySlab:
     bottom: float
     """Height below which there is no atom, in a0."""
     about: str
-    """What it is, in words."""
+    """Description of the slab."""
     layer: float
     """Mean distance of layers of as many atoms as the surface has, in a0."""
 
     @property
     def one_to_one(self) -> bool:
-        """Whether each surface atom is a point of the grid."""
+        """True if each surface atom is a point of the grid."""
         return self.shape == self.grid.shape
 
     @property

@@ -66,7 +66,7 @@ class BondlessPotential(Species):
 
 
 class OfCube:
-    """What follows from the elastic constants of an fcc crystal with a (100) face, in units of a0, E* and a mass."""
+    """Quantities from the elastic constants of an fcc crystal with a (100) face, in units of a0, E* and a mass."""
 
     if TYPE_CHECKING:
 

@@ -299,7 +299,7 @@ def check_potential(name: str, value: Any) -> Potential:
 
 
 def is_model(value: Any) -> TypeGuard[Model]:
-    """Whether the crystal of a potential has been measured, or needs no measurement."""
+    """True if the crystal of a potential has been measured, or needs no measurement."""
     return isinstance(value, Model)
 
 

@@ -156,7 +156,7 @@ class PairStyle(BondlessPotential):
 
     @cached_property
     def identity(self) -> dict[str, str | float]:
-        """What results depend on: files count by their content."""
+        """Identity of the potential: settings, and files by their content."""
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in self.files.items()}
         return {
             "kind": "pair-style", "commands": self.interactions(), "element": self.element, "mass": self.mass,

@@ -80,7 +80,7 @@ def find_potential(name: str | Path, folder: str | Path | None = None) -> Path:
 
 
 def comes_with_lammps(path: Path) -> bool:
-    """Whether a file is one of the potentials of LAMMPS, or of the site."""
+    """True if a file is one of the potentials of LAMMPS or of the site."""
     return any(path.resolve().is_relative_to(place.resolve()) for place in _shipped())
 
 
@@ -228,7 +228,7 @@ class _MalformedError(ValueError):
 
 
 class _Table(NamedTuple):
-    """What the header of a file says."""
+    """Contents of the header of a file."""
 
     style: Style
     elements: dict[str, tuple[float, float]]

@@ -56,7 +56,7 @@ _PACKAGES = {
 _PACKAGE_OF = {style: package for package, styles in _PACKAGES.items() for style in styles.split()}
 
 _MEASURED: dict[str, Crystal] = {}
-"""Crystals by all that determines them."""
+"""Measured crystals, by everything that determines them."""
 
 
 def model_of(potential: Potential) -> Model:

@@ -24,7 +24,7 @@ from continuum.model.fourier import Real
 
 _Crystal = CrystalModel | AnyCrystalModel
 VERSION = 1
-"""Increased whenever the measurement changes."""
+"""Version of the measurement; increase it whenever the measurement changes."""
 _BLOCKS, _BULK_STEPS, _SURFACE_STEPS = 10, 1500, 2000
 """Number of blocks of a mean, whose scatter gives its error, and time steps of each."""
 _SETTLING = 2000
@@ -47,7 +47,7 @@ class WarmCrystal:
     stretch: float
     """Lattice constant over that at rest."""
     stretch_error: float
-    """Its standard error."""
+    """Standard error of the stretch."""
     pressure: float
     """Remaining pressure of the last run, in E*, positive in compression; the stretch is corrected for it."""
     rise: tuple[float, ...]

@@ -32,25 +32,25 @@ TINY = float(np.finfo(np.float32).smallest_subnormal)
 
 
 class Check(NamedTuple):
-    """One quantity that was looked at: what is stored or should be, what was found, and how far they are apart."""
+    """Comparison of one quantity: stored or expected value, value found, and their difference."""
 
     quantity: str
     stored: float
     found: float
     off: float
-    """Their difference; of a map, the part of the points that differ."""
+    """Difference between stored and found value; for a map, the fraction of points that differ."""
     allowed: float
     meaning: str = ""
-    """What it means that they are too far apart, where that is not plain."""
+    """Meaning of a disagreement, if the quantity does not make it clear."""
 
     @property
     def ok(self) -> bool:
-        """Whether the difference is allowed; NaN is not."""
+        """True if the difference is allowed; False for NaN."""
         return bool(self.off <= self.allowed)
 
     @property
     def fault(self) -> str:
-        """The disagreement in words."""
+        """Description of the disagreement."""
         if np.isnan(self.stored) and np.isnan(self.found) and self.meaning:
             return f"{self.quantity}: {self.meaning}"
         return (
@@ -60,31 +60,31 @@ class Check(NamedTuple):
 
 
 def minimum(lowest: float) -> Check:
-    """Whether the lowest eigenvalue of a Hessian is not negative."""
+    """Check that the lowest eigenvalue of a Hessian is not negative."""
     saddle = "the energy falls along a displacement, so that this is a saddle point"
     return Check("curvature", 0.0, lowest, max(-lowest, 0.0), 0.0, saddle)
 
 
 def same_text(quantity: str, stored: object, expected: object) -> Check:
-    """Whether a text is the one that follows from the input."""
+    """Check that a text is the one that follows from the input."""
     said = "" if stored == expected else f"{str(stored)[:40]!r} is stored, and {str(expected)[:40]!r} follows"
     return Check(quantity, np.nan, np.nan, 0.0 if stored == expected else np.inf, 0.0, said)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Examination:
-    """What was looked at in one state, and what was not."""
+    """Checks of one state, and quantities that were not checked."""
 
     checks: tuple[Check, ...] = ()
     left_out: tuple[str, ...] = ()
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Disagreements, in words; empty if all numbers agree."""
+        """Descriptions of all disagreements; empty if all numbers agree."""
         return tuple(check.fault for check in self.checks if not check.ok)
 
     def found_of(self, quantity: str) -> float | None:
-        """What was found of a quantity; None if it was not looked at."""
+        """Value found for a quantity; None if it was not checked."""
         return next((check.found for check in self.checks if check.quantity == quantity), None)
 
 
@@ -100,7 +100,7 @@ class StateCheck:
     """Numbers of a state from its heights and gap; lengths in a0, tractions in E*."""
 
     numbers: dict[str, Found]
-    """By the names of a stored point; what does not follow from the gap is not there."""
+    """Numbers that follow from the gap, by the names of a stored point."""
     maps: Mapping[str, tuple[Mask, Mask]] = field(repr=False)
     """Points of the repulsive and of the attracted area, and those whose gap is within rounding of an edge of it."""
     residual: float
@@ -109,8 +109,8 @@ class StateCheck:
     """Residual due to the rounding of the gap."""
 
     lowest: Found | None = None
-    """Lowest eigenvalue of the Hessian, in E*/a0; without periodic images that of all of the surface, whose sign is
-    that of the window; None under a hard wall, where the energy is convex."""
+    """Lowest eigenvalue of the Hessian, in E*/a0; None under a hard wall, where the energy is convex.  Without periodic
+    images it is that of the whole surface, which has the same sign as that of the window."""
 
 
 def check_state(
@@ -169,8 +169,8 @@ class _Law(NamedTuple):
 
 
 def _law(wall: Wall, gap: Real, coarse: Real) -> _Law:
-    """Central differences of fourth order for the traction; where the law has a kink they are off by less than those of
-    second order differ.
+    """Traction and stiffness by differences of fourth order, with the difference to second order as bound of the error
+    at kinks of the law.
     """
     energy, wide = wall.energy, 10 * STEP
     near = (energy(gap + STEP) - energy(gap - STEP)) / (2 * STEP)
@@ -238,7 +238,8 @@ def _of_displacement(problem: ContactProblem, u: Real, elastic: Real, load: Foun
 def _part(problem: ContactProblem, gap: Real, traction: Real, load: Found, coarse: Real) -> _Parts:
     """The parts of a window of a half-space, on the periodic surface of twice its size.
 
-    The residual is the elastic traction of what its displacement lacks of that which the tractions of the window give.
+    The residual is the elastic traction of the difference between its displacement and the response to the tractions of
+    the window.
     """
     boundary = problem.open_boundary
     assert boundary is not None

@@ -17,7 +17,7 @@ _ROWS = 256
 
 
 def quantity(units: str, long_name: str, default: Any = MISSING) -> Any:
-    """A stored field of a record, with its unit and its description; by default one that every stored record has."""
+    """Stored field of a record, with unit and description; without a default every stored record must have it."""
     return field(default=default, metadata={"units": units, "long_name": long_name})
 
 
@@ -26,33 +26,33 @@ class Totals:
     """Areas and loads of one state.  Areas are fractions of A0, loads are per A0, in E*."""
 
     area_rep: float = quantity("1", "repulsive area A_rep/A0")
-    """Points with gap < zero_gap; under a hard wall, with gap = 0."""
+    """A_rep: fraction of the points with gap < zero_gap; under a hard wall, with gap = 0."""
     area_att: float = quantity("1", "attracted area A_att/A0")
-    """Points with zero_gap <= gap < zero_gap + range."""
+    """A_att: fraction of the points with zero_gap <= gap < zero_gap + range."""
     load_rep: float = quantity("E*", "repulsive load N_rep/A0")
     """Load N_rep/A0 of the points that push, in E*."""
     load_att: float = quantity("E*", "attractive load N_att/A0")
     """Load N_att/A0 of the points that pull, as a positive number, in E*."""
     load: float = quantity("E*", "load N/A0, compression positive")
-    """N = N_rep - N_att."""
+    """Load N = N_rep - N_att, in E*."""
     wall_energy: float = quantity("E* a0", "interaction energy per area")
     smallest_gap: float = quantity("a0", "smallest gap")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Equilibrium(Totals):
-    """One point of a path: how it was reached, and its numbers.
+    """One point of a path: its control and branch, and its areas and loads.
 
     Fields with a unit and a description are the columns of a point wherever one is stored or shown; records of more,
     as of a state with its gap, or of a point as it is stored, add theirs.
     """
 
     control: str = quantity("", "what is given")
-    """Quantity that is given."""
+    """Name of the given quantity."""
     target: float = quantity("", "value of what is given: in a0, in E* (mean pressure), or a fraction of A0 (area)")
-    """Its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)."""
+    """Target value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)."""
     branch: str = quantity("", "direction from which the point was reached")
-    """Direction from which it was reached: start, approach or retract."""
+    """Direction from which the point was reached: start, approach or retract."""
     work_of_adhesion: float = quantity("E* a0", "work of adhesion w of the wall; in reduced units l_a", np.nan)
     """Work of adhesion of the wall, in E* a0; NaN where it is not known."""
     separation: float = quantity("a0", "height of the wall's zero above the undeformed surface")
@@ -62,7 +62,7 @@ class Equilibrium(Totals):
 
 
 def shared(kind: type[Totals], record: Any) -> dict[str, Any]:
-    """The fields of a class of records, from a record of a class that has them too."""
+    """Values of the fields of a class of records, from a record of another class with the same fields."""
     return {one.name: getattr(record, one.name) for one in fields(kind)}
 
 
@@ -150,12 +150,12 @@ class Measurement(Totals):
     """h'rms of the undeformed surface."""
     pressure_rep: float = quantity("E*", "mean repulsive pressure p_rep = N_rep/A_rep")
     pressure_att: float = quantity("E*", "mean attractive pressure N_att/A_att")
-    """Positive; w/Δr in the paper's theory."""
+    """Mean attractive pressure as a positive number, in E*; w/Δr in the paper's theory."""
     kappa: float = quantity("1", "κ = h'rms E* A_rep/N")
-    """The κ of Eq. (1) is negative where the load is, and infinite where that vanishes."""
+    """κ of Eq. (1): negative under a tensile load, infinite without load."""
     kappa_rep: float = quantity("1", "κ_rep = h'rms E* A_rep/N_rep")
     kappa_att: float = quantity("1", "κ_att = h'rms E* A_rep/N_att")
-    """Infinite without attraction: 1/κ = 1/κ_rep - 1/κ_att."""
+    """κ_att, with 1/κ = 1/κ_rep - 1/κ_att; infinite without attraction."""
     perimeter_cells: int = quantity("1", "cells of the perimeter, N_P")
     perimeter: float = quantity("a0", "perimeter P of A_rep, with the paper's correction 1.1222")
     perimeter_exact: float = quantity("a0", "perimeter P of A_rep, with the correction 1.1107")

@@ -21,10 +21,10 @@ class Curve:
 
     mean_gap: Real
     separation: Real
-    """NaN where the mean displacement of the substrate is free."""
+    """Separation, in a0; NaN if the mean displacement of the substrate is free."""
     load: Real
     retracting: NDArray[np.bool_]
-    """False on approach."""
+    """True on retraction, False on approach."""
 
     @classmethod
     def of(cls, points: Sequence[Equilibrium]) -> Self:
@@ -67,9 +67,9 @@ class Adhesion:
     work_of_separation: float
     """Work against tension on retraction, in E* a0: from where the load becomes tensile to the end."""
     loss: float
-    """Work lost in the cycle, in E* a0: the work done on approach less that regained over the same distances."""
+    """Work lost in the cycle, in E* a0: work done on approach less work regained over the same distances."""
     separated: bool
-    """Whether the tension at the end of the retraction is below 1 % of the pull-off, so that the work is complete."""
+    """True if the tension at the end of the retraction is below 1 % of the pull-off, so that the work is complete."""
 
 
 def adhesion(curve: Curve) -> Adhesion:

@@ -21,7 +21,7 @@ Mask = NDArray[np.bool_]
 EDGE_SHARE = float((np.pi - 1 + np.log(2)) / 24)
 """Area counted too much per edge, 0.118 cells: Yastrebov, Anciaux, Molinari, Tribol. Int. 114, 161 (2017)."""
 Correction = Literal["paper", "exact", "edges"]
-"""How the length of the perimeter follows from the cells: see :meth:`Outline.perimeter`."""
+"""Relation between perimeter cells and length: see :meth:`Outline.perimeter`."""
 
 
 def ratio(numerator: float, denominator: float) -> float:

@@ -26,11 +26,11 @@ class Lowest(NamedTuple):
     eigenvalue: float
     """Rayleigh quotient, so that the exact eigenvalue is no higher."""
     error: float
-    """Norm of the residual: there is an eigenvalue within so much of it."""
+    """Norm of the residual: an eigenvalue lies within this distance of the Rayleigh quotient."""
     mode: Real
     """Field of the eigenvector, mean square one."""
     products: int
-    """With the Hessian."""
+    """Number of products with the Hessian."""
 
 
 def lowest_eigenvalue(

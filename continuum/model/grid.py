@@ -54,7 +54,7 @@ class Grid:
 
     @property
     def is_line(self) -> bool:
-        """Whether the grid is one point wide: a line contact in two dimensions."""
+        """True if the grid is one point wide: a line contact in two dimensions."""
         return self.shape[0] == 1
 
     @property
@@ -121,7 +121,7 @@ class Grid:
 
     @cached_property
     def mode_weights(self) -> Real:
-        """How often each stored mode counts in a sum over all q: 1 or 2; shape (1, ny//2+1)."""
+        """Weight of each stored mode in a sum over all q: 1 or 2; shape (1, ny//2+1)."""
         ny = self.shape[1]
         weights = np.full((1, ny // 2 + 1), 2.0)
         weights[0, 0] = 1.0
@@ -157,7 +157,7 @@ class Grid:
 
     @property
     def coarser(self) -> Grid | None:
-        """The grid of every second point or, of sides that are no multiple of 4, about so many; None if too small.
+        """Grid with half as many points a side, or nearly half for sides that are no multiple of 4; None if too small.
 
         Its half spectrum is part of that of this grid.
         """

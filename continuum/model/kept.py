@@ -46,7 +46,7 @@ def kept_on_disk(**options: Any) -> Callable[[Compiled], Compiled]:
 
 @cache
 def folder_of_compiled(sources: Path) -> Path | None:
-    """The folder for what functions of a folder are compiled to; None if none can be written.
+    """Folder for the compiled functions of a source folder; None if none can be written.
 
     The first that can be written of $NUMBA_CACHE_DIR, the ``__pycache__`` beside the source, the user's folder of
     caches, and a folder of this user alone among the temporary files.
@@ -92,7 +92,7 @@ class _Files:
         return hashlib.sha256(f"{self._origin}{key!r}".encode() + content).digest()
 
     def load(self, key: object) -> Any:
-        """What was kept; None if there is nothing, or something else."""
+        """Stored code; None if there is none, or if it is damaged or from another function."""
         file = self._path(key).read_bytes()
         seal, content = file[:_SEAL], file[_SEAL:]
         return pickle.loads(content) if seal == self._seal(key, content) else None

@@ -27,7 +27,7 @@ Array = Any
 Response = tuple[Array, Array, Array]
 """Energy, traction and stiffness."""
 OnArrays = Callable[[Any, Array, Array], Response]
-"""A law of the namespace of a library, gaps and parameters."""
+"""Law as a function of an array library's namespace, gaps and parameters."""
 
 
 class Law(NamedTuple):
@@ -35,7 +35,7 @@ class Law(NamedTuple):
 
     kind: int
     parameters: Real
-    """One-dimensional."""
+    """Parameters of the formula, one-dimensional."""
     reach: float
     """Gap beyond which traction and energy vanish, in a0; infinite if they do not."""
 
@@ -216,7 +216,7 @@ def _raise(base: Array, exponent: int) -> Array:
 
 
 def powers_on_arrays(xp: Any, z: Array, p: Array, m: int, n: int) -> Response:
-    """Inverse powers, whose exponents are numbers of Python."""
+    """Inverse powers for whole arrays; the exponents are Python numbers."""
     inverse = 1.0 / xp.where(z > p[1], z, p[1])
     low = _raise(inverse, n)
     return inverse_powers(xp.where, z, p, inverse, low * _raise(inverse, m - n), low)
@@ -237,4 +237,4 @@ ON_ARRAYS: dict[int, OnArrays] = {
     EXPONENTIAL: lambda xp, z, p: exponential(xp.where, xp.exp, z, p),
     TABLE: _table_on_arrays,
 }
-"""By the kind of a law, but for inverse powers, whose exponents are numbers of Python."""
+"""Formulas by the kind of a law, except inverse powers, whose exponents are Python numbers."""

@@ -83,7 +83,7 @@ def _threshold(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
 
 
 def _surface(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
-    """What the map tells of the surface from which it was cut."""
+    """Statement about the surface from which the map was cut."""
     if threshold.source is Basis.BOUNDS:
         return ""
     if np.isnan(threshold.sampling):
@@ -95,7 +95,7 @@ def _surface(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
 
 
 def _change(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
-    """What alone would change the answer, each by the estimate of the threshold."""
+    """Single changes that would change the answer, by the estimate of the threshold."""
     contact = prediction.contact
     w, answer = contact.work_of_adhesion, prediction.verdict.answer
     if answer == "undecided":

@@ -1,4 +1,4 @@
-"""What a certificate looked at, as a table."""
+"""Table of the quantities that a certificate checked."""
 
 from collections.abc import Iterable
 from itertools import groupby
@@ -8,7 +8,7 @@ from continuum.sheet import Column, Sheet
 
 
 def quantities(points: Iterable[Examination]) -> Sheet:
-    """What was looked at, in how many points, and the point in which it is off by most of what is allowed."""
+    """Quantities checked, the number of points, and for each the point nearest to or furthest beyond its bound."""
     looked = list(points)
     columns = (
         Column("quantity"), Column("points"), Column("worst: stored", "", ".6g"), Column("found", "", ".6g"),

@@ -181,7 +181,7 @@ def tell(text: str) -> None:
 
 
 def verbose() -> bool:
-    """Whether everything is to be printed that is known."""
+    """True if commands print all known details."""
     return _voice.get() == "verbose"
 
 

@@ -67,15 +67,15 @@ class MapFault:
     """One fault of a map."""
 
     kind: str
-    """Its name, such as "line noise"."""
+    """Name of the fault, such as "line noise"."""
     text: str
     """Description with numbers and units."""
     remedy: Mapping[str, str | float] = field(default_factory=dict)
     """Argument of :func:`continuum.predict` that corrects it, and its value, lengths in m; empty if there is none."""
     excludes: str = ""
-    """What to do instead if theories of moments cannot judge a map with it; empty if they can."""
+    """Advice if theories of moments cannot judge a map with this fault; empty if they can."""
     of_the_heights: bool = False
-    """Whether heights are not those of the surface: without a remedy a solution on them is as doubtful as a theory."""
+    """True if the heights are not those of the surface, so that without a remedy even a solution is doubtful."""
 
     @property
     def arguments(self) -> dict[str, str]:
@@ -259,7 +259,7 @@ def _outlier_lines(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _grooves(lines: ScanLines, text: str) -> MapFault:
-    """No remedy: subtracting the median of each line would remove the grooves."""
+    """Grooves, without a remedy: subtracting the median of each line would remove them."""
     return MapFault("grooves", f"lines along {'xy'[lines.axis]} {text}: grooves, or displaced lines")
 
 
@@ -411,4 +411,4 @@ MENDING: dict[str, Callable[[Topography, Any], Topography]] = {
     "detrend": detrend,
     "cutoff": cut_off,
 }
-"""The correction that an argument of a remedy stands for."""
+"""Correction for each argument of a remedy."""

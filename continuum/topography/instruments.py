@@ -67,7 +67,7 @@ def _opened(path: Path) -> Iterator[dict[str, Callable[[], RawMap]]]:
 
 
 def is_known(path: Path) -> bool:
-    """Whether a file has the format of an instrument, and is not text of numbers, or HDF5, in general."""
+    """True if a file has an instrument's format, rather than plain numbers or general HDF5."""
     if util.find_spec("SurfaceTopography") is None:
         return False
     with warnings.catch_warnings():
@@ -83,7 +83,7 @@ def is_known(path: Path) -> bool:
 
 
 def is_container(path: Path) -> bool:
-    """Whether a file is a container of contact.engineering."""
+    """True if a file is a container of contact.engineering."""
     if not zipfile.is_zipfile(path):
         return False
     with zipfile.ZipFile(path) as archive:

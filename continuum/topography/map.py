@@ -29,7 +29,7 @@ FLAT = 1e-12
 _SMALLEST, _LARGEST = 1e-20, 1e20
 """Bounds of the size of a map, in m; heights have the same upper bound."""
 _PART = 2**16
-"""Points of a map that are looked at together: what is made from them stays in the cache of a processor."""
+"""Points of a map that are processed together, so that their intermediate results stay in the processor's cache."""
 _NOTHING = 1e-60
 """Bound of heights beyond which squares, divided by pixels to the fourth power, overflow."""
 
@@ -56,7 +56,7 @@ def heights_of(name: str, value: Any) -> Real:
 
 
 def fault_of(heights: Real, lengths: Sequence[float]) -> str:
-    """Why heights of this size are not a measurement; empty if they are."""
+    """Reason why heights of this size cannot be a measurement; empty if they can."""
     low, high = heights.min(), heights.max()  # NaN where a height is
     if not np.isfinite(high - low):
         missing = np.count_nonzero(~np.isfinite(heights))

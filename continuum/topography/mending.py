@@ -28,7 +28,7 @@ _TAPER = 0.5
 
 
 def detrend(topography: Topography, how: Detrending | None = None) -> Topography:
-    """Subtract what is not roughness: the tilt of the sample, the bow of the scanner, the offsets of its lines.
+    """Subtract the tilt of the sample, the bow of the scanner or the offsets of its lines.
 
     Parameters
     ----------

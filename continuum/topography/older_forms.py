@@ -25,7 +25,7 @@ _PLAIN = {0xB5: ord("u"), 0xC5: ord("A"), 0xE5: ord("a")}
 
 
 def understood_form(path: Path) -> str | BinaryIO:
-    """What SurfaceTopography reads: the file, or its content in a form that it knows.
+    """The file, or its content in a form that SurfaceTopography can read.
 
     Raises TopographyError for a surface data file of an unknown version.
     """
@@ -57,7 +57,7 @@ def _with_plain_texts(raw: bytes) -> bytes | None:
 
 
 def _text(raw: bytearray, at: int) -> tuple[int, bool]:
-    """Where a text ends, and whether it was changed."""
+    """End of a text, and True if it was changed."""
     end = raw.index(0, at)
     try:
         raw[at:end].decode("utf-8")
@@ -68,7 +68,7 @@ def _text(raw: bytearray, at: int) -> tuple[int, bool]:
 
 
 def _object(raw: bytearray, at: int) -> tuple[int, bool]:
-    """Where an object ends, and whether a text in it was changed."""
+    """End of an object, and True if a text in it was changed."""
     at, changed = _text(raw, at)
     (size,) = struct.unpack_from("<L", raw, at)
     at += 4
@@ -84,7 +84,7 @@ def _object(raw: bytearray, at: int) -> tuple[int, bool]:
 
 
 def _component(raw: bytearray, at: int, kind: str) -> tuple[int, bool]:
-    """Where the value of a component of a type ends, and whether a text in it was changed."""
+    """End of the value of a component, and True if a text in it was changed."""
     if kind in _SIZES:
         return at + _SIZES[kind], False
     if kind in "so":

@@ -279,13 +279,13 @@ def _with_units(
 
 
 def _agree(its: float | Sequence[float], given: float | Sequence[float]) -> bool:
-    """Whether a size or unit is what the file says, to the digits that are usually given."""
+    """True if a size or unit agrees with the file, to the digits that are usually given."""
     one, other = np.atleast_1d(its), np.atleast_1d(given)
     return bool(np.allclose(one[: other.size], other, rtol=_SAME, atol=0))
 
 
 def _other_order(points: tuple[int, ...], lengths: tuple[float, ...]) -> tuple[str, ...]:
-    """What to say where pixels are square only if two lengths are exchanged."""
+    """Message if pixels would be square after exchanging the two lengths."""
     if len(points) != 2:
         return ()
     given, exchanged = (np.divide(one, points) for one in (lengths, lengths[::-1]))

@@ -61,12 +61,12 @@ class ScanLines:
 
     @property
     def independent(self) -> bool:
-        """Whether the lines are displaced independently of one another, by more than the surface explains."""
+        """True if the lines are displaced independently, by more than the surface explains."""
         return self.ratio > DIRECTED and self.correlation < INDEPENDENT
 
     @property
     def grooved(self) -> bool:
-        """Whether displaced lines are so often lower than their neighbours that they are grooves of the surface."""
+        """True if displaced lines lie below their neighbours so often that they are grooves of the surface."""
         return bool(self.skewness < min(GROOVED, -3 * np.sqrt(9 / max(self.scars.shape))))
 
 

@@ -47,10 +47,10 @@ class Response(Description):
 
     kind_key: ClassVar[str] = "response"
     repeats: ClassVar[bool] = True
-    """Whether the surface is periodic."""
+    """True if the surface is periodic."""
 
     def without(self, control: str) -> str:
-        """Why a control cannot be used with this substrate; empty if it can."""
+        """Reason why a control cannot be used with this substrate; empty if it can."""
         return ""
 
     def stiffness(self, grid: Grid) -> Real:

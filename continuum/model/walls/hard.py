@@ -47,5 +47,5 @@ class HardWall(Wall, kind="hard"):
             return np.where(gap < 0, -self.hardness * gap, 0.0)
 
     def touches(self, gap: Real) -> NDArray[np.bool_]:
-        """Where the gap is zero, or negative where the wall yields: there it pushes."""
+        """Mask of the points that the wall pushes: gap zero, or negative after yield."""
         return np.asarray(gap <= 0.0)

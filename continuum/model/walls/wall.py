@@ -55,11 +55,11 @@ class Wall(Description):
     model_config = ConfigDict(ignored_types=(DerivedNumber,))
     kind_key: ClassVar[str] = "law"
     has_law: ClassVar[bool] = True
-    """Whether the traction is a function of the gap."""
+    """True if the traction is a function of the gap."""
     work_key: ClassVar[str] = ""
     """The key that sets the work of adhesion, or most of it; empty if there is none."""
     instead: ClassVar[Mapping[str, str]] = {}
-    """Keys that may be given instead of another one, of which an object then has the value that follows."""
+    """Keys that may be given instead of another one, whose value then follows from them."""
 
     if TYPE_CHECKING:  # fields in one law, derived in another: a property here would hide the field
 
@@ -174,7 +174,7 @@ class Wall(Description):
         return self.evaluate(gap).energy
 
     def touches(self, gap: Real) -> NDArray[np.bool_]:
-        """Where the surface is in repulsive contact: gap below ``zero_gap``."""
+        """Mask of the points in repulsive contact, whose gap is below ``zero_gap``."""
         return np.asarray(gap < self.zero_gap)
 
     @property
