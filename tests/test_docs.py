@@ -231,6 +231,7 @@ TOLD_AT_LENGTH = {
     "docs/predict.md": Told({}, ("results/wafer-predict.html",), first=2),
     "docs/tutorials/validate.md": Told({}, ("results/copper-contact-modulus.png", "results/quick.html")),
     "docs/tutorials/sweep.md": Told({}, ("results/many/table.csv", "results/many/figure3.png", "load.png")),
+    "docs/tutorials/indent.md": Told({}, ("results/indent-slip.png", "indent/state.10.dump")),
     "docs/tutorials/deck.md": Told({}, ("results/deck.h5", "deck/in.contact")),
     "docs/tutorials/map.md": Told(
         {}, tuple(f"results/wafer-predict{name}" for name in (".html", ".png", "-faults.png"))
