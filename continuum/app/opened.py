@@ -185,10 +185,10 @@ def _settled(threshold: MapThreshold, work: float) -> bool:
 
 
 def _same_but_work(one: Prediction, other: Prediction) -> bool:
-    """Whether two predictions are of the same heights and bodies, but for the work of adhesion."""
+    """Whether two predictions are of the same heights and bodies, but for w and for what is read off the curve."""
     maps = [[(each.digest, each.lengths, each.periodic) for each in found.topographies] for found in (one, other)]
-    work = other.interface.work_of_adhesion
-    return maps[0] == maps[1] and replace(one.interface, work_of_adhesion=work) == other.interface
+    read = {name: getattr(other.interface, name) for name in ("work_of_adhesion", "pressure", "load", "probe")}
+    return maps[0] == maps[1] and replace(one.interface, **read) == other.interface
 
 
 def arguments(asked: Mapping[str, str]) -> dict[str, Any]:
@@ -204,7 +204,7 @@ def arguments(asked: Mapping[str, str]) -> dict[str, Any]:
 
 
 def answer_of(found: Prediction) -> dict[str, Any]:
-    """The answer of a prediction: its statements but that of faults, row, curve, remarks, and values of the sliders."""
+    """The answer of a prediction: its statements but that of faults, row, curves, remarks, and values of sliders."""
     contact, pixels = found.contact, found.topographies[0].grid.spacing
     shown = {
         "work": units.readable(contact.work_of_adhesion, "energy_per_area", 3),
@@ -212,11 +212,14 @@ def answer_of(found: Prediction) -> dict[str, Any]:
         "range": units.readable(contact.range, "length", 3),
         "cutoff": units.readable(found.topographies[0].cutoff or 4 * max(pixels), "length", 3),
     }
+    # Without a pressure the slider begins at that of the pull-off stress.
+    if (pressure := found.pressure or (found.adhesion and -found.adhesion.pull_off.pressure)) and pressure > 0:
+        shown["pressure"] = units.readable(pressure, "pressure", 3)
     said = [f"{line}.".replace("--solve", "“Solve the contact”") for line in statements(found)]
     data = json.loads(found.json())
     return {
         "statements": [line for line in said if not line.startswith(_FAULTS)],
-        "row": data["row"], "curve": data["curve"], "doubts": data["warnings"],
+        "row": data["row"], "curve": data["curve"], "adhesion": data["adhesion"], "doubts": data["warnings"],
         "values": {name: text.replace(" ", "").replace("²", "2").replace("µ", "u") for name, text in shown.items()},
     }  # fmt: skip
 

@@ -66,6 +66,7 @@ def _adhesion(prediction: PredictionNumbers) -> dict[str, str | float | None]:
         return {}
     row: dict[str, str | float | None] = {
         "pull-off stress_Pa": -found.pull_off.pressure, "pull-off: why at least": found.pull_off.doubt,
+        "area at pull-off": found.pull_off.area,
     }  # fmt: skip
     for name, point in (("without load", found.unloaded), ("at the load", found.loaded),
                         ("at the load without adhesion", found.alone)):  # fmt: skip

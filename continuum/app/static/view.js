@@ -133,6 +133,24 @@ function drawRanges({ row, curve }) {
   $("ranges").append(element("p", { className: "key", textContent: "line: w_c, shaded: undecided, dot: this contact" }));
 }
 
+// Mean pressure against the contact area: with w and the error of w_c, at the threshold, and without adhesion; in MPa.
+function drawLoads({ row, adhesion }) {
+  $("loads").replaceChildren();
+  if (!adhesion) return;
+  const areas = adhesion.area.map((area) => 100 * area), loads = Object.fromEntries(Object.entries(adhesion.pressure_Pa).map(([name, all]) => [name, all.map((one) => one / 1e6)]));
+  const points = (name) => areas.map((area, i) => [area, loads[name][i]]), seen = loads.none[Math.max(0, areas.findLastIndex((area) => area <= 3))];
+  const most = Math.max(seen, 2e-6 * row["pull-off stress_Pa"], 1.5e-6 * (row.pressure_Pa || 0)), dots = [];
+  for (const [name, load] of [["area at pull-off", -row["pull-off stress_Pa"]], ["area without load", 0], ["area at the load", row.pressure_Pa]])
+    if (row[name] && 100 * row[name] >= areas[0]) dots.push([100 * row[name], load / 1e6, { class: "here", r: 5 }]);
+  drawCurves($("loads"), {
+    title: "mean pressure against the contact area", curves: ["w", "w_c", "none"].map(points), dots,
+    band: areas.map((area, i) => [area, loads["w low"][i], loads["w high"][i]]),
+    x: { ends: [areas[0], areas.at(-1)], log: true, label: "contact area (%)" },
+    y: { ends: [1.3 * Math.min(-0.1 * most, ...loads["w high"]), most], label: "mean pressure (MPa)" },
+  });
+  $("loads").append(element("p", { className: "key", textContent: "line: this w, shaded: its error, dashed: w_c, dotted: without adhesion; dots: pull-off, no load, your pressure" }));
+}
+
 function showAnswer(said) {
   const [first, ...rest] = said.statements, measured = said.row["w_c as measured_J/m2"], { verdict } = said.row;
   $("error").hidden = true;
@@ -145,6 +163,7 @@ function showAnswer(said) {
   $("remarks").hidden = !said.doubts.length;
   drawWorks(said.row);
   drawRanges(said);
+  drawLoads(said);
   for (const input of form.elements) input.classList.remove("asked");
 }
 
@@ -254,6 +273,7 @@ form.addEventListener("input", (event) => {
     for (const other of ["work", "range"]) form.elements[other].value ||= middle[other];
     for (const other of ["material", "modulus", "poisson"]) form.elements[other].value = "";
   }
+  if (name === "pressure") form.elements.load.value = "";
   form.elements[name].value = `${Number((value * 10 ** slider.value).toPrecision(3))}${unit}`;
   clearTimeout(later);
   later = setTimeout(() => ask("/predict", name === "cutoff"), 150);

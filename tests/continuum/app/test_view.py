@@ -149,7 +149,9 @@ def test_a_map_is_dropped_and_asked_about(client: Client, map_file: Path) -> Non
     assert said["told"].startswith("pressing map.npy")
     assert answer["row"] == json.loads(found.json())["row"]
     assert [one["work"] for one in answer["curve"]] == [one.work for one in threshold.curve]
-    assert answer["values"] == {"work": "5J/m2", "contact_modulus": "82.4GPa", "range": "350pm", "cutoff": "62.5nm"}
+    values = {"work": "5J/m2", "contact_modulus": "82.4GPa", "range": "350pm", "cutoff": "62.5nm"}
+    assert {name: answer["values"][name] for name in values} == values
+    assert (answer["adhesion"] is None) is (threshold.adhesion is None)
     assert answer["command"].startswith("continuum predict map.npy --size 1um --unit nm --material silicon --mat")
     contact, deciding = map(heights_of, said["layers"])
     assert contact.shape == deciding.shape == (64, 64)
@@ -160,6 +162,10 @@ def test_a_map_is_dropped_and_asked_about(client: Client, map_file: Path) -> Non
     assert less["answer"]["statements"][0].startswith("Not sticky")
     again = continuum.predict(map_file, **words | {"work": "1mJ/m2"})
     assert less["answer"]["statements"] == [f"{line}." for line in statements(again)]
+    # Nor does it depend on the pressure, which is read off the curve.
+    at = asked(client, form | {"work": "1mJ/m2", "pressure": "1MPa"})
+    assert at["told"].startswith("looking at map.npy")
+    assert at["answer"]["row"]["pressure_Pa"] == 1e6 or at["answer"]["adhesion"] is None
     report = client("POST", "/report")
     assert "data:image/png" in report.json["page"]
     assert less["answer"]["statements"][0] in report.json["page"]
