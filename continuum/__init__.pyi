@@ -46,6 +46,7 @@ from continuum.runs.result import Result as Result
 from continuum.solve.solution import NotConvergedError as NotConvergedError
 from continuum.solve.solution import NotConvergedWarning as NotConvergedWarning
 from continuum.sweeps.collect import sweep_verify as sweep_verify
+from continuum.sweeps.jobs import SweepTask as SweepTask
 from continuum.sweeps.maps import sweep_maps as sweep_maps
 from continuum.sweeps.status import sweep_status as sweep_status
 

@@ -32,6 +32,7 @@ from continuum.sweeps.collect import SweepRun as SweepRun
 from continuum.sweeps.columns import ColumnFunction, functions_by_name
 from continuum.sweeps.crossings import Crossing, crossings_of, crossings_sheet, done_before, solve_task
 from continuum.sweeps.folder import Folder
+from continuum.sweeps.jobs import SweepTask
 from continuum.sweeps.listing import systems_of
 from continuum.sweeps.sweep import SystemTask, begin, record, record_death
 from continuum.sweeps.workers import Message, Task, TaskResult, check_workers, require_scheduler, run_tasks
@@ -74,7 +75,9 @@ def sweep(
     name : name of the folder of the sweep, instead of that of the input.
     settings : values for keys of the input; a list for a key on an axis.
     reduced : use the smaller sizes of [sweep.reduced]: minutes instead of days.
-    workers : number of processes; one by default, or one for each GPU; fewer if memory does not suffice.
+    workers : number of processes; one by default, or one for each GPU; fewer if memory does not suffice.  With 0 the
+        folder is made and nothing is run: the result has the :meth:`~continuum.sweeps.collect.SweepRun.jobs` for
+        another scheduler.
     threads : threads of the solver of each system.
     device : device of the solver, instead of ``[solver] device`` of the input: cpu, cuda (a GPU) or a library.
     memory : memory to use, in bytes; all of this machine if None.
@@ -113,7 +116,7 @@ def sweep(
         _, config = next(described.systems())
         devices = back_end(config.solver.device).devices()
     at_once = max(1, len(devices)) if workers is None else workers
-    check_workers(at_once, threads, devices)
+    check_workers(at_once or 1, threads, devices)
     limit = physical_memory() if memory is None else number("memory", memory, above=0)
     root = file_name("output", output) / described.name
     part, parts = pair("shard", shard)
@@ -122,6 +125,9 @@ def sweep(
     if begun is not None:
         begun(tasks)
     is_done = done_before(root)
+    if not at_once:
+        left = tuple(SweepTask(root, task) for task in tasks if not is_done(task))
+        return SweepRun(root, len(tasks), len(tasks) - len(left), 0, (), (), left=left)
     died = list[str]()
     running = run_tasks(
         tasks, partial(solve_task, root), is_done,

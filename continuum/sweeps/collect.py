@@ -29,6 +29,7 @@ from continuum.sweeps.columns import column_faults
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.crossings import Crossing, asked_for, crossings_of, crossings_sheet, with_columns
 from continuum.sweeps.folder import TABLE_SCHEMA, Folder
+from continuum.sweeps.jobs import SweepTask
 from continuum.sweeps.listing import SweepListing, systems_of
 from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
 from continuum.sweeps.workers import TaskResult
@@ -265,11 +266,17 @@ class SweepRun(Shown):
     """Results of the searches of this call."""
     died: tuple[str, ...] = ()
     """Processes that died, each with its system, which was then done again."""
+    left: tuple[SweepTask, ...] = field(default=(), repr=False)
+    """What is missing, where this call was to run nothing."""
 
     @property
     def ok(self) -> bool:
         """Whether all systems are done."""
         return not self.failed and not self.held
+
+    def jobs(self) -> tuple[SweepTask, ...]:
+        """What is missing, the longest first, for any scheduler, of a call with ``workers=0``."""
+        return self.left
 
     def sheets(self) -> list[Sheet]:
         """How many systems were done, and which failed."""

@@ -15,10 +15,10 @@ from continuum.measure.contact import MEASURED, measure
 from continuum.measure.curve import Curve, normal_stiffness
 from continuum.measure.outline import Mask, patches
 from continuum.model.fourier import Real
-from continuum.runs.build import RunSetup
+from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, Record
-from continuum.runs.result import profile_outside
+from continuum.runs.result import Result, profile_outside
 from continuum.runs.run import Made
 from continuum.solve.tangent import tangent_stiffness
 
@@ -70,7 +70,7 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
 
     Raises StoreError if the file is missing, damaged, or not that of this system.
     """
-    names = ("schema", "schema_version", "identity", "journal/total_seconds",
+    names = ("schema", "schema_version", "identity", "finished", "journal/total_seconds",
              "provenance/stickiness", "provenance/git_commit", "provenance/git_dirty")  # fmt: skip
     datasets, found = store.read_few(path, (MEASURED_TABLE, "quantity"), names)
     schema = found.get("schema"), found.get("schema_version")
@@ -79,8 +79,10 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
         raise StoreError(f"{msg} version {RunConfig.result_version}")
     if key is not None and found.get("identity") != key:
         raise StoreError(f"{path}: holds another system than its name says")
-    if MEASURED_TABLE not in datasets:
-        raise StoreError(f"{path}: is a run, but holds no table of numbers")
+    if found.get("finished") is not True:
+        raise StoreError(f"{path}: is not finished")
+    if MEASURED_TABLE not in datasets:  # of `continuum run`
+        return SystemTable(_of_a_run(path), float(found.get("journal/total_seconds", np.nan)), made_by(found))
     stored = datasets[MEASURED_TABLE]
     with understood(path):
         table = np.full((len(stored), len(COLUMNS)), np.nan)
@@ -90,6 +92,16 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
                 table[:, i] = stored[:, places[name]]
         seconds = float(found.get("journal/total_seconds", np.nan))
     return SystemTable(table, seconds, made_by(found))
+
+
+def _of_a_run(path: Path) -> Real:
+    """The table of a run that was stored without it."""
+    result = Result.read(path)
+    try:
+        system = build(result.config)
+    except (OSError, ValueError) as error:
+        raise StoreError(f"{path}: its surface or wall cannot be built again: {error}") from error
+    return np.column_stack(list(measured_columns(system, result.points, result.repulsive, result.gap).values()))
 
 
 def _quantities(system: RunSetup, record: Record) -> Dataset:

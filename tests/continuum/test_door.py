@@ -149,7 +149,17 @@ FILES: Calls = {
     ),
 }  # fmt: skip
 # Made by the functions, and by nobody else.  What `predict` and `study` are given has tests of its own.
-RESULTS = {"Analysis", "Certificate", "FoundThreshold", "LoadingPath", "Prediction", "Result", "State", "Study"}
+RESULTS = {
+    "Analysis",
+    "Certificate",
+    "FoundThreshold",
+    "LoadingPath",
+    "Prediction",
+    "Result",
+    "State",
+    "Study",
+    "SweepTask",
+}
 APART = {"predict", "study", "doctor"}
 ARGUMENTS = [(call, name) for call, (_, good) in CALLS.items() for name in good]
 OF_FILES = [(call, name) for call, (_, good) in FILES.items() for name in good]

@@ -79,7 +79,7 @@ def test_a_run_takes_settings_as_the_command_does(tmp_path: Path) -> None:
     ("name", "value"),
     [
         ("memory", -1), ("memory", 0), ("memory", float("nan")), ("memory", "1"),
-        ("workers", 0), ("workers", -1), ("workers", 1.5), ("workers", 10**6), ("threads", 0),
+        ("workers", -1), ("workers", 1.5), ("workers", 10**6), ("threads", 0),
         ("shard", (0, 2)), ("shard", (3, 2)), ("shard", 1), ("shard", (1.0, 2)), ("shard", (1, 0)),
         ("settings", 3), ("settings", {1: 2}), ("settings", ["surface.seed=1"]),
         ("reduced", 1), ("retry", "no"), ("scheduler_file", 3), ("scheduler_file", "none.json"), ("output", 3),

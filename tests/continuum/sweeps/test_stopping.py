@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import signal
 import subprocess
@@ -11,13 +12,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import psutil
 import pytest
 
+import continuum as c
 import continuum.front.sweeps
 import continuum.path.equilibrium
 import continuum.path.loading
 from continuum.cli import main
+from continuum.errors import StickinessError
 from continuum.files import store
 from continuum.files.inputs import load
 from continuum.runs.config import RunConfig
@@ -27,8 +31,9 @@ from continuum.sweeps.folder import Folder
 from continuum.sweeps.status import sweep_status
 from continuum.sweeps.sweep import begin, record_death, solve_system
 from continuum.sweeps.workers import Message, Task
+from docs import schedulers
 from tests.problems import SMALL
-from tests.stored import same
+from tests.stored import content, same
 from tests.tasks import tasks_here
 
 LONG = SMALL.replace("[1.6, 1.4,\n           1.2]", "{from = 2.0, to = 1.0, count = 2000}").replace(
@@ -164,3 +169,50 @@ def test_status_is_watched_until_the_sweep_is_whole(
     assert capsys.readouterr().out.count("running") == 3
     assert not left
     assert main(["sweep", "status", str(root), "--watch", "-1"]) == 2
+
+
+ENGINES: dict[str, Callable[[list[c.SweepTask], Path], None]] = {
+    "joblib": lambda todo, folder: schedulers.on_this_machine(todo),
+    "submitit": lambda todo, folder: schedulers.on_slurm(todo, folder / "logs", cluster="local"),
+    "distributed": lambda todo, folder: _on_dask(todo),
+}
+
+
+def _on_dask(todo: list[c.SweepTask]) -> None:
+    with importlib.import_module("distributed").LocalCluster(1, threads_per_worker=1, dashboard_address=None) as here:
+        schedulers.on_dask(todo, here.scheduler_address)
+
+
+@pytest.mark.parametrize("engine", ["joblib", *(pytest.param(e, marks=pytest.mark.long) for e in [*ENGINES][1:])])
+def test_a_sweep_runs_on_other_schedulers(engine: str, tmp_path: Path) -> None:
+    """The code of docs/schedulers.py; what it makes is what our own processes make."""
+    pytest.importorskip(engine)
+    path = tmp_path / "many.toml"
+    path.write_text(SMALL + '[sweep.axes]\n"surface.seed" = [1, 2, 3]\n')
+    todo = schedulers.jobs(path, tmp_path)
+    assert [job.path.parent.name for job in todo] == ["points"] * 3
+    todo[0].run()
+    assert len(schedulers.jobs(path, tmp_path)) == 2
+    ENGINES[engine](todo, tmp_path)  # one of them is done
+    assert c.sweep(path, tmp_path).found == 3
+    assert len(c.sweep_collect(tmp_path / "many").keys) == 3
+    alone = c.run(todo[1].config, tmp_path / "alone.h5")
+    other = content(todo[1].path)
+    np.testing.assert_equal({name: other[name] for name in content(alone.path)}, content(alone.path))
+    # What `continuum run` made is collected, too.
+    table = c.sweep_collect(tmp_path / "many")
+    todo[1].path.write_bytes(alone.path.read_bytes())
+    np.testing.assert_allclose(c.sweep_collect(tmp_path / "many").values, table.values, rtol=1e-12, equal_nan=True)
+
+
+def test_a_job_that_fails_says_so_in_the_folder(tmp_path: Path) -> None:
+    path = tmp_path / "many.toml"
+    path.write_text(SMALL + '[sweep.axes]\n"surface.seed" = [1]\n')
+
+    def broken(result: c.Result) -> float:
+        raise ValueError("no such patch")
+
+    (job,) = c.sweep(path, tmp_path, columns={"mine": broken}, workers=0).jobs()
+    with pytest.raises(StickinessError, match="no such patch"):
+        job.run()
+    assert "no such patch" in c.sweep_status(tmp_path / "many").failed[0][1]
