@@ -232,7 +232,7 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     """
     root = file_name("sweep", sweep)
     place = root if output is None else file_name("output", output)
-    found = continuum.sweeps.collect.collect(root)
+    found = continuum.sweeps.collect.collect(root, keep=True)
     Folder(place).require_tables_of_ours()
     text, cube = Folder(folder(place)).tables
     held = found.to_xarray()

@@ -6,7 +6,7 @@ import json
 import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,8 +28,9 @@ from continuum.sweeps.axes import System, as_cell
 from continuum.sweeps.columns import column_faults
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.crossings import Crossing, asked_for, crossings_of, crossings_sheet, with_columns
-from continuum.sweeps.folder import TABLE_SCHEMA, Folder
+from continuum.sweeps.folder import TABLE_SCHEMA, Folder, names
 from continuum.sweeps.jobs import SweepTask
+from continuum.sweeps.kept import KeptTables, Stamp, keep_tables, kept_tables
 from continuum.sweeps.listing import SweepListing, systems_of
 from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
 from continuum.sweeps.workers import TaskResult
@@ -200,26 +201,37 @@ class PointTable:
         return head, ([key, *(as_cell(self.setting(key, name)) for name in axes), *numbers] for key, numbers in each)
 
 
-def collect(root: str | Path) -> PointTable:
-    """Read all finished systems; a file that cannot be read is a fault of the table, with a LeftOutWarning.
+def collect(root: str | Path, *, keep: bool = False) -> PointTable:
+    """Read all finished systems that were not read before; a file that cannot be read is a fault of the table.
 
-    Raises SweepError if there is no sweep.
+    Parameters
+    ----------
+    keep : whether what is read is kept in the folder for the next time.
+
+    Raises SweepError if there is no sweep; warns with a LeftOutWarning of faults.
     """
     folder, listing = Folder(Path(root)), systems_of(root)
-    found, faults = dict[str, SystemTable](), list[str]()
-    there = [each.key for each in listing.systems if folder.point(each.key).is_file()]
+    found, faults, before = dict[str, SystemTable](), list[str](), kept_tables(folder.kept)
+    done = names(folder.points)
+    there = [each.key for each in listing.systems if folder.point(each.key).stem in done]
+    read: KeptTables = {}
     for key in there:
         try:
-            found[key] = with_columns(folder, key, listing.columns)
-        except StoreError as error:
+            stamp = Stamp.of(folder.point(key))
+            known = before[key][1] if key in before and before[key][0] == stamp else None
+            found[key] = with_columns(folder, key, listing.columns, known)
+            read[key] = stamp, known or replace(found[key], own={})
+        except (StoreError, OSError) as error:
             faults.append(str(error))
-    names = [column.name for column in listing.columns]
-    complete = {key: one for key, one in found.items() if len(one.own) == len(names)}
+    if keep and read != before:
+        keep_tables(folder.kept, read)
+    own_names = [column.name for column in listing.columns]
+    complete = {key: one for key, one in found.items() if len(one.own) == len(own_names)}
     crossings = crossings_of(folder.root, listing, complete.get)
     asked = asked_for(listing, crossings, set(there))
     kept = [one["converged"] == 1 for one in found.values()]
     good = [one.table[points] for one, points in zip(found.values(), kept, strict=True)]
-    own = {name: [one.own.get(name, np.full(len(one.table), np.nan)) for one in found.values()] for name in names}
+    own = {name: [one.own.get(name, np.full(len(one.table), np.nan)) for one in found.values()] for name in own_names}
     table = PointTable(
         listing,
         tuple(found),
@@ -231,8 +243,8 @@ def collect(root: str | Path) -> PointTable:
         tuple(faults),
         dict(Counter(one.made for one in found.values())),
         crossings=crossings,
-        own={name: np.concatenate([np.empty(0), *map(np.compress, kept, own[name])]) for name in names},
-        lacking=tuple(_lacking(folder, found, names)),
+        own={name: np.concatenate([np.empty(0), *map(np.compress, kept, own[name])]) for name in own_names},
+        lacking=tuple(_lacking(folder, found, own_names)),
     )
     table._say_what_is_left_out()
     return table

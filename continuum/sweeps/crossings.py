@@ -168,9 +168,14 @@ def asked_for(listing: SweepListing, crossings: Sequence[Crossing], done: Contai
     return replace(listing, systems=tuple(systems))
 
 
-def with_columns(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> SystemTable:
-    """The numbers of a finished system with the columns of one's own that are stored; StoreError if it is damaged."""
-    found, own = numbers_of(folder.point(key), key), columns_of(folder, key, columns)
+def with_columns(
+    folder: Folder, key: str, columns: Sequence[OwnColumn], read: SystemTable | None = None
+) -> SystemTable:
+    """The numbers of a finished system, if they were not read yet, with the columns of one's own that are stored.
+
+    Raises StoreError if one of its files is damaged.
+    """
+    found, own = read or numbers_of(folder.point(key), key), columns_of(folder, key, columns)
     if any(values.shape != (len(found.table),) for values in own.values()):
         raise StoreError(f"{folder.own(key)}: is not of the points of its system; delete it, and run the sweep again")
     return replace(found, own=own)

@@ -36,6 +36,7 @@ class Folder:
         self.failed = root / "failed"
         self.folders = self.points, self.work, self.failed
         self.tables = root / "table.csv", root / "table.h5"  # of all points, as text and for xarray
+        self.kept = root / ".kept.h5"  # what the tables were made of
         self.searches = root / "searches"
         self.crossings = root / "crossings.csv"
         self.columns = root / "columns"

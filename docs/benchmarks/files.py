@@ -5,6 +5,7 @@ Counts, bytes and ratios of CPU time hold on any machine; seconds are those of t
 
 from __future__ import annotations
 
+import hashlib
 import sys
 import tempfile
 import time
@@ -13,10 +14,19 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+import h5py
+import numpy as np
+
 import continuum as c
 from continuum.files.inputs import load
 from continuum.runs.build import build
 from continuum.runs.config import RunConfig
+from continuum.sweeps.axes import Axis, System
+from continuum.sweeps.collect import collect
+from continuum.sweeps.folder import Folder
+from continuum.sweeps.listing import SweepListing, listing_text, systems_of
+from continuum.sweeps.measured import COLUMNS
+from docs.benchmarks.job import peak
 
 __all__ = ["MEASURED", "ONE"]
 
@@ -72,7 +82,40 @@ def maps(folder: Path) -> Rows:
     ]
 
 
-MEASURED: dict[str, Callable[[Path], Rows]] = {"thin": thin, "maps": maps}
+def stubs(folder: Path, systems: int) -> Path:
+    """The folder of a sweep of so many systems, whose files hold only what a collection reads."""
+    root, values = folder / "stubs", [(seed,) for seed in range(systems)]
+    keys = [hashlib.sha256(str(seed).encode()).hexdigest() for seed in range(systems)]
+    places = Folder(root)
+    places.make()
+    listed = tuple(System(key, {"surface.seed": seed}, 1.0, 1.0) for seed, key in enumerate(keys))
+    places.listing.write_text(
+        listing_text(SweepListing("stubs", (Axis(("surface.seed",), tuple(values)),), {}, listed))
+    )
+    table = np.ones((1, len(COLUMNS)))
+    for key in keys:
+        with h5py.File(places.point(key), "w", libver=("v110", "v110")) as file:
+            file.attrs.update(schema=RunConfig.result_schema, schema_version=RunConfig.result_version, identity=key)
+            file.attrs.update(finished=np.uint8(1))
+            file["measured"], file["quantity"] = table, list(COLUMNS)
+    return root
+
+
+def scale(folder: Path, systems: int = 20_000) -> Rows:
+    """Listing, status and collections of a folder of many systems, by stub files."""
+    root = stubs(folder, systems)
+    rows = []
+    for what, call in (
+        ("listing read", lambda: systems_of(root)),
+        ("status", lambda: c.sweep_status(root)),
+        ("`collect`", lambda: collect(root, keep=True)),
+        ("`collect` again", lambda: collect(root, keep=True)),
+    ):
+        rows.append((f"{systems} systems: {what}, CPU time", f"{_cpu(call):.2f} s"))
+    return [*rows, ("largest memory", f"{peak():.0f} MiB")]
+
+
+MEASURED: dict[str, Callable[[Path], Rows]] = {"thin": thin, "maps": maps, "scale": scale}
 
 
 def main(names: list[str]) -> None:

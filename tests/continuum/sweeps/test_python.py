@@ -19,6 +19,7 @@ import continuum as c
 from continuum.arguments import ArgumentError
 from continuum.files import labelled
 from continuum.files.inputs import source_of
+from continuum.sweeps import crossings
 from continuum.sweeps.collect import PointTable
 
 RUN: dict[str, Any] = {
@@ -183,3 +184,27 @@ def test_a_figure_is_drawn_to_be_looked_at(done: Any) -> None:
     assert isinstance(c.figure("figure4", done), Figure)
     with pytest.raises(ArgumentError, match="name"):
         c.figure("figure9", done)
+
+
+def test_a_second_collection_reads_only_what_is_new(done: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    root, read = shutil.copytree(done.folder, tmp_path / "mine"), list[Path]()
+    real = crossings.numbers_of
+    monkeypatch.setattr(crossings, "numbers_of", lambda path, key: (read.append(path), real(path, key))[1])
+    (root / ".kept.h5").unlink(missing_ok=True)
+    lost = sorted((root / "points").iterdir())[2]
+    aside = lost.rename(tmp_path / "aside.h5")
+    assert len(c.sweep_collect(root).keys) == len(read) == 5
+    aside.rename(lost)
+    again = c.sweep_collect(root)
+    assert [*read[5:]] == [lost]
+    np.testing.assert_array_equal(again.values, done.collect().values)
+    np.testing.assert_array_equal(again["widest"], done.collect()["widest"])
+    assert again.provenance == done.collect().provenance
+    # A file that was changed is read again; what was kept of other columns, or is damaged, is not used.
+    lost.touch()
+    c.sweep_collect(root)
+    assert read[6:][-1] == lost
+    (root / ".kept.h5").write_bytes(b"damaged")
+    del read[:]
+    np.testing.assert_array_equal(c.sweep_collect(root).values, again.values)
+    assert len(read) == 6
