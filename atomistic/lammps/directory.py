@@ -34,7 +34,7 @@ _OTHER = re.compile(re.sub(r"\\{(!r)?\\}", r"(\\S+)", re.escape(OTHER_TITLE)))
 MAP = "wall.npy"
 """Heights of the wall at the points of a grid, where these are not the surface atoms."""
 OUTPUTS = re.compile(
-    r"(?:result(\.\d+)?\.json)|(?:(?:surface|state)(\.\d+)?\.dump)|(?:log(\.\d+)?\.lammps)|(?:height(\.\d+)?\.txt)"
+    r"(?:result(\.\d+)?\.json)|(?:(?:surface|state)(\.\d+)?\.dump)|(?:log(\.\d+)?\.lammps)|(?:(?:height|trace)(\.\d+)?\.txt)"
 )
 """Files that a run of the deck writes: of one equilibrium, or of each step with its number."""
 PARTS = ("state.part", "result.part")

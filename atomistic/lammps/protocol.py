@@ -128,9 +128,9 @@ AVERAGES = {
     "mean_gap": "c_mean_gap",
     "temperature": "v_temperature",
 }
-"""Averaged quantities and their names in LAMMPS; units as in ``result.json``."""
+"""Traced quantities and their names in LAMMPS; units as in ``result.json``."""
 ENERGIES = ("work_along", "work_up", "taken_by_wall", "heat", "inner_energy")
-"""What a window says of its energy, in E* a0³; names as in ``result.json``.
+"""What a window says of its energy, in E* a0³.
 
 Work that the wall did as it slid, and as it moved up or down; of the latter, what a wall that keeps a pressure took
 beyond the work of that pressure; heat from the thermostat; energy of atoms and wall at the end, with their motion.
@@ -279,21 +279,8 @@ class Motion(Protocol):
     def placeholders(self, model: AnyModel, slab: AnySlab) -> dict[str, str]:
         unit, boltzmann = time_unit(model), BOLTZMANN[model.units]
         temperature = self.temperature * model.energy / boltzmann
-        count = len(AVERAGES)
-        moments, means, averages = [], [], []
-        for i, name in enumerate(AVERAGES, 1):
-            moments += [
-                f"variable        square{i} equal f_block[{i}]^2",
-                f"variable        trend{i} equal f_block[{i}]*(step/${{block}}-{(BLOCKS + 1) / 2})",
-            ]
-            # Of the blocks about their line: <b²> - <b>² - <b t>²/<t²>, with <t²> = (n² - 1)/12.
-            rest = f"(f_window[{count + i}]-f_window[{i}]^2-f_window[{2 * count + i}]^2/{(BLOCKS**2 - 1) / 12})"
-            means += [
-                f"variable        mean_{name} string $(f_window[{i}]:%.17g)",
-                f"variable        error_{name} string $(sqrt({rest}*({rest}>0)/{BLOCKS - 2}):%.17g)",
-            ]
-            averages += [f'  "{kind}_{name}": ${{{kind}_{name}}},\n' for kind in ("mean", "error")]
-        averages += [f'  "{name}": ${{{name}}},\n' for name in ENERGIES]
+        height = self._height(model, slab)
+        stored = ["slid_x", "slid_y", height["up"], "taken_by_wall", "heat", "inner_energy"]
         return {
             "from": listing(self.separations[:-1]),
             "to": listing(self.separations[1:]),
@@ -316,12 +303,12 @@ class Motion(Protocol):
             "sampled": f"{SAMPLED:d}",
             "window_blocks": f"{BLOCKS:d}",
             "averaged": " ".join(AVERAGES.values()),
-            "moments": "\n".join(moments),
-            "moment_names": " ".join(f"v_{kind}{i}" for kind in ("square", "trend") for i in range(1, count + 1)),
-            "means": "\n".join(means),
-            "averages": "".join(averages),
+            "names": " ".join(AVERAGES),
+            "units_of_trace": "lengths a0, forces E* a0^2, energies E* a0^3"
+            + ("" if slab.one_to_one else f"; both times {formatted(slab.area)}, the area of an atom in a0^2"),
+            "averages": "".join(f'  "{name}": ${{{name}}},\n' for name in stored),
             "velocities": " vx vy vz",
-            **self._height(model, slab),
+            **height,
         }
 
     def _ways(self) -> dict[str, str]:
@@ -331,13 +318,14 @@ class Motion(Protocol):
             x, y = (formatted(float(f(np.deg2rad(self.along)))) for f in (np.cos, np.sin))
             return {
                 "along": f"{self.along:g} degrees from x", "moved": "x",
-                "work_along": f"({x}*v_mean_lateral_x+{y}*v_mean_lateral_y)",
+                "way_x": f"({x})", "way_y": f"({y})",
                 "offsets": "\n".join(line.format(name, f"({way})*({slid})") for name, way in (("x", x), ("y", y))),
                 "there": f"variable        there string $(v_offset_y:%.17g)\n{line.format('y', '${there}')}\n",
             }  # fmt: skip
         across = "y" if self.along == "x" else "x"
         return {
-            "along": self.along, "work_along": f"v_mean_lateral_{self.along}", "there": "", "moved": self.along,
+            "along": self.along, "way_x": f"{self.along == 'x':d}", "way_y": f"{self.along == 'y':d}", "there": "",
+            "moved": self.along,
             "offsets": f"{line.format(self.along, slid)}\n{line.format(across, '0.0')}",
         }  # fmt: skip
 
@@ -347,7 +335,7 @@ class Motion(Protocol):
             return {
                 "height_of_wall": "variable        separation equal ${from}+v_done*(${to}-(${from}))",
                 "follow": "", "unfollow": "", "height_left": "",
-                "here": "v_separation", "taken": "0.0", "work_up": "-v_mean_load*(v_to-v_from)",
+                "here": "v_separation", "taken": "0.0", "up": "raised", "way_up": "v_to-v_from",
             }  # fmt: skip
         drag, time = impedance(model) * slab.surface_atoms, time_unit(model)
         values = {
@@ -364,7 +352,8 @@ class Motion(Protocol):
             "follow": filled(read_template("follow.load"), values),
             "unfollow": "unfix           follow\nunfix           noise\n",
             "height_left": 'print           "${here}" file height${mark}.txt\n',
-            "here": "f_follow[2]", "taken": "f_follow[4]", "work_up": "-v_wanted*(f_follow[2]-v_lifted)-f_follow[4]",
+            "here": "f_follow[2]", "taken": "f_follow[4]", "up": "work_up",
+            "way_up": "-v_wanted*(f_follow[2]-v_lifted)-f_follow[4]",
         }  # fmt: skip
 
     def misfit(self, mobile: int, *, stays: bool) -> tuple[str, object, str] | None:

@@ -19,6 +19,7 @@ from atomistic.crystal.crystal import AnySlab, distortion, slipped
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.directory import FORMAT, finished_steps, read_slab
 from atomistic.lammps.protocol import ENERGIES, LOAD_TOLERANCE
+from atomistic.lammps.trace import mean_and_error, read_trace
 from continuum.errors import InputError, StickinessError
 from continuum.measure.contact import quantity
 from continuum.model.fourier import Real
@@ -119,6 +120,9 @@ class DeckResult:
     ``load`` is ``force``, ``load_rep`` its repulsive part, the others as above, ``temperature`` k_B T of all
     mobile atoms in E* a0³.
     """
+    trace: Mapping[str, Real] = field(default_factory=dict, repr=False)
+    """Samples over the time window, by name, each of shape (samples,), in these units, with the time ``step`` of each;
+    empty for an equilibrium, and of an earlier deck."""
     energies: Mapping[str, float] = field(default_factory=dict, repr=False)
     """What the window says of its energy, in E* a0³, by :data:`atomistic.lammps.protocol.ENERGIES`; empty as above."""
 
@@ -267,13 +271,17 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
         log = (directory / f"log{mark}.lammps").read_text(encoding="utf-8", errors="replace")
         surface = _read_dump(directory / f"surface{mark}.dump", slab.surface_atoms)
         state = _read_dump(directory / f"state{mark}.dump", slab.size)
-        return replace(_result(slab, numbers, log, surface, state), bonded=description.bonded)
+        traced = directory / f"trace{mark}.txt"
+        trace = read_trace(traced) if "slid_x" in numbers else {}
+        return replace(_result(slab, numbers, log, surface, state, trace), bonded=description.bonded)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         msg = f"{directory} holds no complete result of a run: {error}; `lmp -in in.contact` there runs it anew"
         raise DeckError(msg) from error
 
 
-def _result(slab: AnySlab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows) -> DeckResult:
+def _result(
+    slab: AnySlab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows, trace: dict[str, Real]
+) -> DeckResult:
     known = [values for rows in (surface, state) for values in rows.values()]
     if not all(map(math.isfinite, numbers.values())) or not all(np.isfinite(values).all() for values in known):
         raise ValueError("it has numbers that are not finite: check separation and start")
@@ -284,11 +292,15 @@ def _result(slab: AnySlab, numbers: dict[str, float], log: str, surface: _Rows, 
     for name in numbers:
         if name.removeprefix("mean_").removeprefix("error_") in totals:
             numbers[name] *= slab.area
-    averages = {
+    trace = {name: values * slab.area if name in totals else values for name, values in trace.items()}
+    averages = {name: mean_and_error(values) for name, values in trace.items() if name != "step"} or {
         name.removeprefix("mean_"): (value, numbers[name.replace("mean_", "error_", 1)])
         for name, value in numbers.items()
         if name.startswith("mean_") and name.replace("mean_", "error_", 1) in numbers
     }
+    if trace:
+        slid = (averages[f"lateral_{axis}"][0] * numbers[f"slid_{axis}"] for axis in "xy")
+        numbers |= {"work_along": sum(slid), "work_up": -averages["load"][0] * numbers.get("raised", 0.0)} | numbers
     loops = [int(steps) for steps in re.findall(r"Loop time of .* for (\d+) steps", log)]
     evaluations = sum(map(int, minimisers)) + loops.count(0) + (sum(loops) if averages else 0)
     sites = (*slab.ids.shape, 3)
@@ -301,6 +313,7 @@ def _result(slab: AnySlab, numbers: dict[str, float], log: str, surface: _Rows, 
         evaluations=evaluations,
         structure=np.rint(state["structure"]).astype(np.int64).reshape(sites[:-1]) if "structure" in state else None,
         averages=averages,
+        trace=trace,
         energies={name: numbers[name] for name in ENERGIES if name in numbers},
         lammps_version=int(numbers.pop("lammps_version")),
         gap=surface["gap"].reshape(slab.shape),

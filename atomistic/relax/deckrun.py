@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -39,6 +39,8 @@ from continuum.path import loading
 from continuum.solve.solution import Settings
 
 SCHEMA, VERSION = "stickiness/deck-run", 2
+TOTALS = ("load", "load_rep", "lateral_x", "lateral_y", "wall_energy", "total_energy")
+"""Quantities of all atoms, which are stored over A0."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,12 +104,11 @@ class DeckStep(Totals):
     @classmethod
     def of(cls, result: DeckResult, direction: float = 0.0) -> DeckStep:
         """The numbers of a state, or of a window."""
-        totals = ("load", "load_rep", "lateral_x", "lateral_y", "wall_energy", "total_energy")
         found = dict[str, float]()
         for name in AVERAGES:
             at_end = getattr(result, FORCES.get(name, name), 0.0)  # an equilibrium has no temperature
             mean, error = result.averages.get(name, (at_end, 0.0))
-            size = result.slab.grid.area if name in totals else 1
+            size = result.slab.grid.area if name in TOTALS else 1
             found |= {name: mean / size, f"{name}_error": error / size}
         unknown = np.nan if result.averages else 0.0  # of a window by an earlier deck, and of an equilibrium
         found |= {name: result.energies.get(name, unknown) / result.slab.grid.area for name in ENERGIES}
@@ -176,6 +177,8 @@ class DeckSteps:
     """Atoms below each surface atom, itself included, with other nearest neighbours than before, shape as ``gaps``."""
     stiffness: Real | None = field(default=None, repr=False)
     """K_q of the slab at rest, in E*/a0, for the continuum; an isotropic half-space of nu = 1/2 if None."""
+    traces: tuple[Mapping[str, Real], ...] = field(default=(), repr=False)
+    """Samples of each window of a motion, as :attr:`DeckResult.trace`."""
 
     @classmethod
     def read(cls, directory: Path) -> Self:
@@ -187,13 +190,14 @@ class DeckSteps:
             If there is none, or one is damaged.
         """
         description = read_description(directory)
-        steps, gaps, slips = [], [], []
+        steps, gaps, slips, traces = [], [], [], list[Mapping[str, Real]]()
         result = None
         for step in finished_steps(directory):
             result = read_result(directory, step)
             steps.append(DeckStep.of(result, description.along or 0.0))
             gaps.append(result.gap)
             slips.append(result.slab.below(result.slipped))
+            traces += [result.trace] if result.trace else []
         last = result or read_result(directory)  # which raises the reason
         try:
             wall, heights = read_wall(directory), read_heights(directory / "slab.data")
@@ -210,8 +214,9 @@ class DeckSteps:
             replace(step, temperature_error=float(e)) for step, e in zip(warm, errors, strict=True)
         ]
         return cls(
-            directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips), stiffness
-        )
+            directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips), stiffness,
+            tuple(traces),
+        )  # fmt: skip
 
     @property
     def expected(self) -> int:
@@ -233,6 +238,27 @@ class DeckSteps:
         about = self.description
         rest = about.hold + about.dwell
         return about.averaged or ((rest, len(self.steps)) if self.slides else (about.hold, rest))
+
+    @property
+    def trace(self) -> Mapping[str, Real]:
+        """Samples of all windows of a motion one after the other, by name, each of shape (samples,).
+
+        Names and units are those of :class:`DeckStep`, with ``lateral_s`` and ``offset_s`` along a direction of
+        sliding, and the ``window`` of each sample, from 1.  Empty of equilibria, and of a deck of an earlier version.
+        """
+        if not self.traces:
+            return {}
+        area = self.last.slab.grid.area
+        found = {
+            name: np.concatenate([each[name] for each in self.traces]) for name in self.traces[0] if name != "step"
+        }
+        found |= {name: found[name] / area for name in TOTALS}
+        way = np.deg2rad(self.description.along or 0.0)
+        for name in ("lateral", "offset"):
+            found[f"{name}_s"] = np.cos(way) * found[f"{name}_x"] + np.sin(way) * found[f"{name}_y"]
+        counts = [len(each["step"]) for each in self.traces]
+        found["window"] = np.repeat(np.arange(len(self.steps) - len(counts), len(self.steps)) + 1, counts)
+        return found
 
     @property
     def slides(self) -> str:

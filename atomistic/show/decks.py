@@ -330,6 +330,25 @@ def draw_deck_run(run: DeckSteps, beside: tuple[ContinuumStep, ...] = ()) -> Fig
 
 
 @styled
+def draw_trace(run: DeckSteps) -> Figure:
+    """Friction, load and separation of each sample while the wall slides, against its way: stick and slip."""
+    figure, axes = new_axes(PAGE, 2.9, 1, 3)
+    trace, along, real = run.trace, run.slides, run.description.real_units
+    scale, unit = (1.0, "E^*") if real is None else (real.si("pressure") / scipy.constants.giga, r"\mathrm{GPa}")
+    moving = trace["window"] > run.description.hold + run.description.dwell
+    way = trace[f"offset_{along}"][moving]
+    for axis, name, factor, label, colour in zip(
+        axes, (f"lateral_{along}", "load", "separation"), (scale, scale, 1.0),
+        (f"friction$/A_0$ (${unit}$)", f"$N/A_0$ (${unit}$)", "separation ($a_0$)"), (SERIES[5], SERIES[0], SERIES[1]),
+        strict=True,
+    ):  # fmt: skip
+        axis.plot(way, factor * trace[name][moving], "-", color=colour, lw=0.5)
+        axis.set(xlabel=f"offset along {along} ($a_0$)", ylabel=label)
+    letter_panels(axes, ("friction", "load", "height"))
+    return figure
+
+
+@styled
 def draw_slip(run: DeckSteps) -> Figure:
     """Load against separation with the first yield, and atoms that slipped, at the deepest and at the last step."""
     figure, axes = new_axes(PAGE, 2.9, 1, 3)
@@ -396,6 +415,9 @@ WRITERS: list[Callable[[DeckSteps, Path, tuple[ContinuumStep, ...]], Iterable[Pa
     lambda run, stem, beside: [save_figure(draw_deck_run(run, beside), stem)],
     lambda run, stem, beside: (
         [] if run.yielded is None else [save_figure(draw_slip(run), stem.with_name(f"{stem.name}-slip"))]
+    ),
+    lambda run, stem, beside: (
+        [save_figure(draw_trace(run), stem.with_name(f"{stem.name}-trace"))] if run.slides and run.trace else []
     ),
     _meshes,
 ]

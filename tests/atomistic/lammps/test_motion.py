@@ -23,6 +23,7 @@ from atomistic.lammps.protocol import Motion, largest_timestep
 from atomistic.lammps.result import DeckStatus, LammpsError, read_result
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import HeightSpline, Waves
+from atomistic.show.decks import draw_trace
 from continuum.errors import InputError
 from continuum.units import Units
 from tests.problems import lmp
@@ -218,6 +219,15 @@ thermostat_layers = 1
     assert run.mean("lateral_x").mean == pytest.approx(np.mean([step.lateral_x for step in run.steps[1:]]), rel=1e-12)
     assert [step.offset_x for step in run.steps] == pytest.approx([0, 0.125, 0.375], abs=0.02)
     assert run.converged
+    # The trace has what the means are of, in the units of the steps.
+    assert np.array_equal(np.unique(run.trace["window"]), [1, 2, 3])
+    for i, step in enumerate(run.steps, 1):
+        here = run.trace["window"] == i
+        for name in ("lateral_x", "load", "offset_x", "temperature"):
+            assert run.trace[name][here].mean() == pytest.approx(getattr(step, name), rel=1e-9, abs=1e-15)
+    assert np.array_equal(run.trace["lateral_s"], run.trace["lateral_x"])
+    assert np.all(np.diff(run.trace["offset_x"][run.trace["window"] > 1]) > 0)
+    assert len(draw_trace(run).axes) == 3
     # The wall of each window is a mesh where it then was.
     mesh = (tmp_path / "out/slide-wall.3.vtk").read_text().splitlines()[5].split()
     assert float(mesh[0]) == pytest.approx(run.steps[2].offset_x, abs=1e-9)

@@ -1,12 +1,7 @@
-"""Standard errors of the averages of a warm deck, on series whose answer is known.
-
-The formulas are taken from the text that LAMMPS reads, and evaluated here on many series at once; one run shows that
-LAMMPS makes the same numbers of the same samples.
-"""
+"""Standard errors of the averages of a warm deck, on series whose answer is known, and on the trace of a run."""
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +11,7 @@ from scipy.linalg import toeplitz
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import protocol as scripts
+from atomistic.lammps import trace
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion
@@ -24,34 +20,12 @@ from tests.problems import autoregressive
 
 SERIES = 4000
 MOTION = Motion((1.0, 1.0), (0.0, 0.0), (30.0,), 0.0, 1, 2.0, 1, 0.03)
-NAMES = list(scripts.AVERAGES)
-LINES = MOTION.placeholders(Springs(), Slab((3, 3), 2))
 
 
 def mean_and_error(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What the script says of series of samples, shape (series, samples)."""
-    block = samples.reshape(len(samples), BLOCKS, -1).mean(axis=2)
-    place = {"f_block[1]": block, "step/${block}": np.arange(1, BLOCKS + 1)}
-    square, trend = (
-        evaluated(rf"variable +{name}1 equal (.*)", LINES["moments"], place) for name in ("square", "trend")
-    )
-    # f_window holds all means, then all squares, then all trends.
-    columns = {1: block, len(NAMES) + 1: square, 2 * len(NAMES) + 1: trend}
-    window = {f"f_window[{i}]": np.mean(values, axis=1) for i, values in columns.items()}
-    mean, error = (
-        evaluated(rf"variable +{kind}_{NAMES[0]} string \$\((.*):%.17g\)", LINES["means"], window)
-        for kind in ("mean", "error")
-    )
+    """Means and errors of series of samples, shape (series, samples)."""
+    mean, error = np.array([trace.mean_and_error(series) for series in samples]).T
     return mean, error
-
-
-def evaluated(line: str, text: str, values: dict[str, np.ndarray]) -> np.ndarray:
-    """The formula of a line of LAMMPS, whose powers are ^."""
-    (formula,) = re.findall(line, text)
-    names = {}
-    for i, (name, value) in enumerate(values.items()):
-        formula, names[f"value_{i}"] = formula.replace(name, f"value_{i}"), value
-    return eval(formula.replace("^", "**"), {"sqrt": np.sqrt, **names})
 
 
 def block_covariance(correlation: float, length: int) -> np.ndarray:
@@ -100,14 +74,16 @@ def test_of_correlated_samples_the_error_is_right_where_a_block_is_longer_than_t
     assert 1 - 1.5 * lasting < expected / truth <= 1
 
 
-def test_lammps_makes_the_same_of_the_same_samples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_the_trace_of_a_run_has_what_lammps_sampled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     signal = "0.003*step+sin(0.37*step)"
     monkeypatch.setattr(scripts, "AVERAGES", {**scripts.AVERAGES, "signal": "v_signal"})
     deck = Deck(Slab((3, 3), 2), Springs(), LennardJonesSpline(0.0), np.zeros((3, 3)), 1.0, protocol=MOTION)
     directory = write_deck(tmp_path, deck)
     wall = directory / "in.wall"
     wall.write_text(f"variable signal equal {signal}\n{wall.read_text()}")
-    found = run_in_process(directory).averages["signal"]
+    found = run_in_process(directory)
     step = np.arange(SAMPLED, BLOCKS * MOTION.block[0] + 1, SAMPLED)
+    assert np.array_equal(found.trace["step"], step)
+    assert found.trace["signal"] == pytest.approx(0.003 * step + np.sin(0.37 * step), rel=1e-12)
     expected = mean_and_error(np.array([0.003 * step + np.sin(0.37 * step)]))
-    assert found == pytest.approx([float(value[0]) for value in expected], rel=1e-9)
+    assert found.averages["signal"] == pytest.approx([float(value[0]) for value in expected], rel=1e-9)
