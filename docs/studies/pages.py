@@ -14,6 +14,8 @@ from pathlib import Path
 import numpy as np
 from pandas import DataFrame, Series, concat, read_csv
 
+from continuum.theory.paper import PERIMETER_FACTOR
+from continuum.theory.rough import KAPPA_BGT, KAPPA_PERSSON
 from docs.benchmarks import random_searches
 from docs.studies import (
     adhesion_curve_judged,
@@ -155,11 +157,13 @@ def _by_width(claim: str) -> str:
     return f"{least} to {most}"
 
 
+_STICKY = "sticky if and only if 1/kappa_att of theory > 1/kappa_rep"
+
+
 def _missed() -> str:
     """Of the same those that stick and are not predicted to, with κ_rep = 2."""
-    claim = "sticky if and only if 1/kappa_att of theory > 1/kappa_rep"
     numbers = r"(\d+) sticky and predicted", r"(\d+) sticky but not predicted"
-    found, missed = (int(_claim("figure4-1024", claim, number)) for number in numbers)
+    found, missed = (int(_claim("figure4-1024", _STICKY, number)) for number in numbers)
     return f"{missed} of {found + missed}"
 
 
@@ -217,7 +221,12 @@ def _evaluations(column: str) -> str:
     return f"{min(found):.0f} to {max(found):.0f}"
 
 
+_EXAMPLES = "../measured/examples"
 _SAID = {
+    "paper.tails": ("tails", r"9-3 ([\d.]+, [\d.]+ and [\d.]+)\. From"),
+    "paper.range-9-3": (_EXAMPLES, r"9-3 law \| Δr/a0 \| \S+ \| ([\d.]+)"),
+    "paper.range-12-6": (_EXAMPLES, r"12-6 law \| Δr/a0 \| \S+ \| ([\d.]+)"),
+    "paper.range-spline": (_EXAMPLES, r"effective over actual range \| within 6 % \| ([\d.]+)"),
     "maps.corrected": ("maps", r"the answer of the clean map within a factor of ([\d.]+)"),
     "maps.hurst": ("maps", r"the fitted H was right within ([\d.]+\d)"),
     "maps.lines": ("maps", r"were right within (\d+ %) from 30 lines"),
@@ -412,6 +421,11 @@ MADE: dict[str, Callable[[], str]] = {
     "paper.asperities-1024": lambda: _claim("figure4-1024", *_CLAIMS["asperities"]),
     "paper.asperities-2048": lambda: _claim("figure4-2048", *_CLAIMS["asperities"]),
     "paper.missed": _missed,
+    "paper.missed-where": lambda: _claim("figure4-1024", _STICKY, r"but not predicted \((λ_s = [^)]*)\)"),
+    "paper.missed-measured": lambda: _claim("figure4-1024", _STICKY, r"κ_rep as measured: .*?, (\d+) sticky but"),
+    "paper.asperity-kappa": lambda: f"{KAPPA_BGT:.2f}",
+    "paper.persson-kappa": lambda: f"{KAPPA_PERSSON:.2f}",
+    "paper.beta": lambda: f"{PERIMETER_FACTOR:.4f}",
     "claims.power": lambda: _power("figure2-4096"),
     "claims.power-1024": lambda: _power("figure4-1024"),
     "budget.half-space": lambda: _totals(*((name, "nonadhesive", "0.1") for name in _CRYSTALS)),
