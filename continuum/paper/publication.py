@@ -1,7 +1,8 @@
 """A folder of a sweep for an archive such as Zenodo: page, tables, input, and metadata.
 
 Archives require a flat folder: ``index.html`` with its figures, ``table.csv``, ``table.nc``,
-``sweep.toml``, ``.zenodo.json``, and ``SHA256SUMS``, by which the folder is recognised and can be checked.
+``sweep.toml``, ``.zenodo.json``, ``ro-crate-metadata.json``, and
+``SHA256SUMS``, by which the folder is recognised and can be checked.
 """
 
 import hashlib
@@ -15,8 +16,9 @@ from tempfile import TemporaryDirectory
 from continuum.arguments import ArgumentError, file_name, flag
 from continuum.errors import OutputError
 from continuum.files import output as files
-from continuum.files.provenance import Citation, provenance
+from continuum.files.provenance import Citation, now, provenance
 from continuum.front.sweeps import sweep_collect
+from continuum.paper.crate import CRATE, Creator, crate, software_identifier
 from continuum.sweeps.collect import LeftOutWarning, PointTable
 from continuum.sweeps.folder import Folder
 
@@ -52,7 +54,7 @@ def sweep_publish(
     sweep : folder of the sweep.
     output : folder to write: new, empty, or written by an earlier call.
     title : title of the data (default: from the name of the sweep).
-    creators : authors of the data, as "Family, Given" (default: those of the program).
+    creators : authors of the data, as "Family, Given" or "Family, Given; ORCID" (default: those of the program).
     license : licence of the data, by its Zenodo name.
     force : write into a folder with other files, and overwrite changed files.
 
@@ -69,7 +71,8 @@ def sweep_publish(
     title, license = None if title is None else _line("title", title), _line("license", license)
     if isinstance(creators, str) or not isinstance(creators, Sequence):
         raise ArgumentError("creators", creators, 'names, each as "Family, Given"')
-    names = tuple(_line("creators", name) for name in creators)
+    names = tuple(Creator.of(_line("creators", name)) for name in creators)
+    software = software_identifier(provenance())
     citation, before = Citation.read(), {} if flag("force", force) else _earlier(place)
     with TemporaryDirectory() as made, warnings.catch_warnings():
         warnings.simplefilter("ignore", LeftOutWarning)  # the page and the result say it
@@ -77,16 +80,18 @@ def sweep_publish(
         found = sweep_collect(root, draft)
         files.distinct(place / "sweep.toml", [Folder(root).description])
         name = found.listing.name
-        about = Metadata(title or f"Sweep {name}: adhesive contacts", names or citation.authors, license,
-                         _description(found))  # fmt: skip
+        authors = names or tuple(map(Creator, citation.authors))
+        about = Metadata(title or f"Sweep {name}: adhesive contacts", authors, license, _description(found))
         files.save(draft / "sweep.toml", Folder(root).description.read_bytes())
         for column in found.listing.columns:
             files.save(draft / column.file_name, (Folder(root).columns / column.file_name).read_bytes())
         _as_netcdf(found, draft / "table.h5")
-        files.save(draft / ".zenodo.json", about.zenodo(citation.doi))
+        files.save(draft / ".zenodo.json", about.zenodo(citation.doi, software))
         doubts = _doubts(found)
         write_publication_page(root, found, draft, about, citation, doubts)
         written = {path.name: path.read_bytes() for path in sorted(draft.iterdir())}
+        whole = crate(about.title, about.description, about.creators, license, citation, software, now()[:10], written)
+        written[CRATE] = whole.encode()
     if not force:
         _require_ours(place, written, before)
     paths = _replaced(place, written, before)

@@ -11,6 +11,7 @@ import numpy as np
 
 from continuum.files.provenance import Citation, provenance
 from continuum.paper.claims import claim_verdicts, verdict_sheet
+from continuum.paper.crate import CRATE, Creator
 from continuum.paper.figures import save_drawing
 from continuum.paper.page import drawings_of, provenance_line
 from continuum.paper.points import SweepData
@@ -26,6 +27,7 @@ _SAID = {
     "crossings.csv": "what its searches have found, a row each",
     "sweep.toml": "the input of the sweep",
     ".zenodo.json": "metadata of this data set, as Zenodo reads them",
+    CRATE: "the same for data portals, as an RO-Crate",
 }
 
 
@@ -34,22 +36,24 @@ class Metadata:
     """Metadata of a publication for an archive."""
 
     title: str
-    creators: tuple[str, ...]
+    creators: tuple[Creator, ...]
     license: str
     description: str
 
-    def zenodo(self, paper: str) -> str:
-        """The text of ``.zenodo.json``, which refers to the paper of this DOI."""
+    def zenodo(self, paper: str, software: str) -> str:
+        """The text of ``.zenodo.json``, which refers to the paper of this DOI and to the program, if it has a name."""
+        of_program = {"identifier": software, "relation": "isCompiledBy", "resource_type": "software"}
         said = {
             "title": self.title,
             "upload_type": "dataset",
             "description": f"<p>{html.escape(self.description)}</p>",
-            "creators": [{"name": name} for name in self.creators],
+            "creators": [one.zenodo for one in self.creators],
             "access_right": "open",
             "license": self.license,
             "keywords": _KEYWORDS,
             "related_identifiers": [
-                {"identifier": paper, "relation": "references", "resource_type": "publication-article"}
+                {"identifier": paper, "relation": "references", "resource_type": "publication-article"},
+                *([of_program] if software else []),
             ],
         }
         return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
@@ -80,7 +84,7 @@ def write_publication_page(
     Page(
         about.title, about.description, warnings, figures, sheets,
         ("sweep.toml", (folder / "sweep.toml").read_text(encoding="utf-8")), f"Licence of the data: {about.license}.",
-        [(name, what) for name, what in said.items() if name in there],
+        [(name, what) for name, what in said.items() if name in there or name == CRATE],
     ).write(folder / "index.html")  # fmt: skip
 
 
@@ -104,7 +108,7 @@ def _origin(found: PointTable, about: Metadata) -> Sheet:
     if "git_commit" in versions:
         versions["git_commit"] = f"{str(versions['git_commit'])[:12]}{dirty}"
     again = ["--title", about.title, "--license", about.license]
-    again += [word for name in about.creators for word in ("--creator", name)]
+    again += [word for one in about.creators for word in ("--creator", one.text)]
     return pairs(
         "Where the numbers come from",
         [
@@ -120,11 +124,15 @@ def _origin(found: PointTable, about: Metadata) -> Sheet:
 
 
 def _citing(about: Metadata, citation: Citation) -> Sheet:
+    names = "; ".join(one.name for one in about.creators)
     return Sheet.of(
         "How to cite",
         ("what", "reference"),
         [
-            ("these data", f"{'; '.join(about.creators)}: {about.title}. With the DOI that the archive gives them."),
+            (
+                "these data",
+                f"{names}: {about.title}. With the DOI that the archive gives them.",
+            ),
             ("the paper whose model this is", citation.paper),
             ("the program", citation.program),
         ],

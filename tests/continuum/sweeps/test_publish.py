@@ -19,10 +19,12 @@ import pytest
 import xarray
 
 import continuum as c
+from continuum.arguments import ArgumentError
 from continuum.cli import main
 from continuum.errors import InputError
 from continuum.files.provenance import Citation
 from continuum.paper import publication, publication_page
+from continuum.paper.crate import Creator
 from continuum.paper.page import drawings_of
 from continuum.paper.publication import sweep_publish
 from tests.problems import SMALL
@@ -136,8 +138,38 @@ def test_the_metadata_is_what_zenodo_asks_for(place: Path) -> None:
     assert said["license"] == "cc-by-4.0"
     assert all(isinstance(said[key], str) and said[key] for key in ("title", "description"))
     assert "adhesion" in said["keywords"]
-    (related,) = said["related_identifiers"]
-    assert related["identifier"] == "10.1073/pnas.1320846111"
+    paper, *program = said["related_identifiers"]
+    assert paper["identifier"] == "10.1073/pnas.1320846111"
+    for one in program:  # none where the commit is not known
+        assert re.fullmatch("swh:1:rev:[0-9a-f]{40}", one["identifier"])
+        assert one["resource_type"] == "software"
+
+
+def test_the_folder_is_an_ro_crate(place: Path) -> None:
+    """Its root and descriptor are as RO-Crate 1.1 asks for, each link leads to an entity, and each file is listed."""
+    graph = {one["@id"]: one for one in json.loads((place / "ro-crate-metadata.json").read_text())["@graph"]}
+    assert graph["ro-crate-metadata.json"]["about"] == {"@id": "./"}
+    root = graph["./"]
+    assert {"name", "description", "datePublished", "license"} <= root.keys()
+    for entity in graph.values():
+        for value in entity.values():
+            for link in value if isinstance(value, list) else [value]:
+                if isinstance(link, dict) and link["@id"] != "https://w3id.org/ro/crate/1.1":
+                    assert link["@id"] in graph
+    beside = {path.name for path in place.iterdir()} - {"ro-crate-metadata.json", "SHA256SUMS"}
+    assert {part["@id"] for part in root["hasPart"]} == beside
+    assert all(graph[name]["contentSize"] == str((place / name).stat().st_size) for name in beside)
+    (made,) = (one for one in graph.values() if one["@type"] == "CreateAction")
+    assert graph[made["instrument"]["@id"]]["@type"] == "SoftwareApplication"
+
+
+def test_an_orcid_is_checked_by_its_last_digit() -> None:
+    for text in ("Carberry, Josiah; 0000-0002-1825-0097", "Carberry, Josiah (https://orcid.org/0000-0002-1825-0097)"):
+        found = Creator.of(text)
+        assert found.zenodo == {"name": "Carberry, Josiah", "orcid": "0000-0002-1825-0097"}
+    assert Creator.of("Doe, Jane").zenodo == {"name": "Doe, Jane"}
+    with pytest.raises(ArgumentError, match="a digit of the ORCID is wrong"):
+        Creator.of("Carberry, Josiah; 0000-0002-1825-0098")
 
 
 def test_both_tables_have_all_points(root: Path, place: Path) -> None:
