@@ -1,10 +1,13 @@
-"""What storing costs: ``python -m docs.benchmarks.files [NAME ...]`` prints one table, of made data.
+"""What storing costs: ``python -m docs.benchmarks.files [NAME ...]`` measures what is named, or all.
+
+The rows are kept in ``docs/measured/tables/files.csv``, which docs/studies/sweeps.md shows.
 
 Counts, bytes and ratios of CPU time hold on any machine; seconds are those of this one, on one thread.
 """
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import sys
 import tempfile
@@ -31,6 +34,7 @@ from docs.benchmarks.job import peak
 __all__ = ["MEASURED", "ONE"]
 
 Rows = list[tuple[str, str]]
+KEPT = Path(__file__).parents[1] / "measured" / "tables" / "files.csv"
 ONE: dict[str, Any] = {
     "grid": {"n": 32},
     "surface": {"kind": "self-affine", "hurst": 0.8, "rms_slope": 0.1, "lambda_s": 4.0, "lambda_L": 32.0, "seed": 1},
@@ -119,11 +123,15 @@ MEASURED: dict[str, Callable[[Path], Rows]] = {"thin": thin, "maps": maps, "scal
 
 
 def main(names: list[str]) -> None:
-    """Measure what is named, or all."""
+    """Measure what is named, or all, and keep it in place of what was measured of it before."""
+    with KEPT.open(newline="", encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    kept = dict(rows)
     for name in names or MEASURED:
         with tempfile.TemporaryDirectory() as folder:
-            for what, value in MEASURED[name](Path(folder)):
-                sys.stdout.write(f"| {what} | {value} |\n")
+            kept |= dict(MEASURED[name](Path(folder)))
+    with KEPT.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([head, *kept.items()])
 
 
 if __name__ == "__main__":
