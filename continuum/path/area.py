@@ -373,7 +373,7 @@ class _Seek:
             # Exit: where a coarser grid jumps over the area tells where to begin; the ends are not asked for.
             return self._done(self.before, Outcome.JUMPED_OVER, self.beyond)
         if self.before is not self.start or self.rough(self.before):
-            state = self._trial(self._control(self.place(self.before)), tight=True, near=True)
+            state = self._trial(self._control(self.place(self.before)), tight=True, near=True, last=True)
             if not state.status.ok or self.met(state.area_rep):
                 # Exits: no equilibrium; or it has this area, once it is solved to the tolerance that is asked for.
                 return self._done(state)

@@ -96,15 +96,19 @@ def test_a_search_finds_the_state_of_the_approach_at_the_price_of_a_few(work: fl
     assert np.abs(found.gap - gap).max() < 1e-2
 
 
-def test_a_jump_that_a_coarser_grid_has_seen_is_looked_for_where_it_was() -> None:
-    """The bracket is that of the fine grid, as narrow as asked, and its sides are held without the search."""
+@pytest.mark.parametrize("target", [0.003, 0.004])
+def test_a_jump_that_a_coarser_grid_has_seen_is_looked_for_where_it_was(target: float) -> None:
+    """The bracket is that of the fine grid, as narrow as asked, and its sides are held without the search.
+
+    On the way to the second the last loose state before the jump goes over it, once it is solved to the tolerance.
+    """
     grid = Grid.square(256)
     heights = SelfAffine(0.5, 0.1, 4, 128).synthesise(grid, np.random.default_rng(1))
     problem = ContactProblem(grid, LennardJonesSpline(adhesion_length=0.05), heights, HalfSpace("clamped"))
     settings = Settings(1e-7)
-    state = solve(problem, "repulsive-area", 0.003, settings)
+    state = solve(problem, "repulsive-area", target, settings)
     assert state.outcome is Outcome.JUMPED_OVER
-    assert state.beyond.area_rep > 0.003 > state.area_rep
+    assert state.beyond.area_rep > target > state.area_rep
     assert 0 < state.mean_gap - state.beyond.mean_gap <= RESOLUTION * heights.std()
     held = solve(problem, "mean-gap", state.mean_gap, replace(settings, warm_grids=0), state.gap).require()
     assert held.area_rep == state.area_rep
@@ -178,6 +182,21 @@ def test_a_hard_contact_is_found_up_to_the_last_point(shape: tuple[int, int], ta
     # The same state under its pressure, whatever it was found by.
     again = solve(problem, "mean-pressure", found.load, Settings(1e-7)).require()
     assert again.area_rep == pytest.approx(found.area_rep, abs=2 / heights.size)
+
+
+def test_a_search_that_is_given_up_says_between_which_states_the_area_lies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its work is bounded by the number of trials."""
+    monkeypatch.setattr("continuum.path.area.MOST_TRIALS", 3)
+    heights = SelfAffine(0.5, 0.1, 4, 128).synthesise(Grid.square(256), np.random.default_rng(1))
+    problem = ContactProblem(Grid.square(256), LennardJonesSpline(adhesion_length=0.05), heights, HalfSpace("clamped"))
+    first = solve(problem, "mean-gap", 5.0, Settings(1e-7)).require()
+    given_up = solve(problem, "repulsive-area", 0.003, Settings(1e-7), first.gap, "approach")
+    assert given_up.outcome is Outcome.NOT_FOUND
+    assert given_up.search_solves <= 3
+    assert given_up.beyond is not None
+    assert given_up.area_rep < 0.003 < given_up.beyond.area_rep
+    (between,) = given_up.events
+    assert between.before.area_rep == given_up.area_rep
 
 
 def test_full_contact_begins_at_the_largest_tension_of_the_flat_surface() -> None:

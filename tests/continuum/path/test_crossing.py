@@ -84,3 +84,19 @@ def test_of_trials_in_the_wrong_order_the_older_one_is_no_end_and_nothing_is_kno
         assert not one.crossed
     # On the value itself, too, nothing crosses before the other end is known.
     assert not Bracket(1.0, 2.0, at_lower=0.0).crossed
+
+
+@given(ROOTS, st.floats(0.3, 1.0), st.floats(0.01, 3.0), st.floats(0.01, 3.0))
+def test_closing_in_takes_fewer_trials_than_halving_on_a_root_and_hardly_more_on_a_jump(
+    root: float, slope: float, below: float, above: float
+) -> None:
+    """Twenty halvings reach a millionth of the bracket; 14 and 24 trials were the most of 20 000 brackets."""
+    for shape, most in ((lambda x: math.expm1(slope * x), 16), (lambda x: math.copysign(1 + abs(x), x), 28)):
+        bracket = Bracket().add(root - below, shape(-below)).add(root + above, shape(above))
+        wide, trials, found = bracket.width, 0, 1.0
+        while bracket.width > 1e-6 * wide and abs(found) > 1e-6:
+            place = bracket.inside()
+            assert bracket.lower < place < bracket.upper
+            found, trials = shape(place - root), trials + 1
+            bracket = bracket.add(place, found)
+        assert trials <= most
