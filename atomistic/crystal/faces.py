@@ -37,9 +37,9 @@ class CrystalCell(NamedTuple):
     periods: Real
     """Shape (3,), in a0, the distance of nearest neighbours."""
     fractions: Real
-    """Places of its atoms, shape (n, 3), in periods."""
+    """Positions of the atoms, shape (n, 3), in periods."""
     types: NDArray[np.int64]
-    """Which element each is, from 0."""
+    """Index of the element of each atom, from 0."""
     axes: Real
     """The axes in those of the cube, shape (3, 3), of any length; of hcp, x is a close-packed row and z is c."""
 
@@ -51,11 +51,11 @@ class CrystalCell(NamedTuple):
 
     @property
     def volume(self) -> float:
-        """Per atom, in a0³."""
+        """Volume per atom, in a0³."""
         return float(np.prod(self.periods)) / len(self.types)
 
     def repeated(self, counts: tuple[int, int, int]) -> tuple[Real, NDArray[np.int64]]:
-        """Sites of so many cells along each axis, shape (n, 3), in a0, and which element stands there."""
+        """Sites of a number of cells along each axis, shape (n, 3), in a0, and the index of the element at each."""
         corners = np.array([*np.ndindex(*counts)])
         sites = (corners[:, None] + self.fractions) * self.periods
         return sites.reshape(-1, 3), np.tile(self.types, len(corners))

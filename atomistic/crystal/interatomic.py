@@ -29,7 +29,7 @@ class Species:
 
     @property
     def masses(self) -> tuple[float, ...]:
-        """Mass of an atom of each."""
+        """Mass of an atom of each element."""
         return (self.mass, *(mass for _, mass in self.others))
 
 
@@ -52,7 +52,7 @@ class BondlessPotential(Species):
 
     @property
     def files(self) -> Mapping[str, bytes]:
-        """Files that their commands read."""
+        """Files that the LAMMPS commands read."""
         return {}
 
     @property
@@ -124,7 +124,7 @@ class Springs(Species, OfCube):
 
     @property
     def coupled_layers(self) -> int:
-        """Springs join adjacent layers only."""
+        """Number of layers that forces reach: 1, because springs join only adjacent layers."""
         return 1
 
     @property
@@ -170,7 +170,7 @@ class Springs(Species, OfCube):
         )
 
     def settings(self) -> str:
-        """Bonds, with room for the 12 of each atom (each bond is stored once, its partners on both sides)."""
+        """LAMMPS commands for bonds, with room for 12 of each atom (stored once, partners on both sides)."""
         return "atom_style      bond\nspecial_bonds   lj/coul 0 1 1"
 
     @property
@@ -225,7 +225,7 @@ class LennardJones(BondlessPotential):
 
     @property
     def force_range(self) -> float:
-        """Pair forces end at the cut-off."""
+        """Largest distance at which a displaced atom changes forces: the cut-off."""
         return self.cutoff
 
     @property

@@ -144,9 +144,9 @@ class Supercell(NamedTuple):
     sites: Real
     periods: Real
     types: NDArray[np.int64]
-    """Which element each atom is, from 0."""
+    """Index of the element of each atom, from 0."""
     volume: float
-    """In a0³."""
+    """Volume of the block, in a0³."""
 
 
 _CELLS = 4
@@ -264,7 +264,7 @@ class AnyCrystalModel(OfPotential):
 
     @property
     def normal_stiffness(self) -> float:
-        """1/(nn)⁻¹_zz: layers may shift."""
+        """Pressure per strain across the slab, 1/(nn)⁻¹_zz: layers may shift."""
         return float(1 / np.linalg.inv(self.tensor[2, :, :, 2])[2, 2])
 
     def moduli(self, count: int = 64) -> Real:
@@ -353,5 +353,5 @@ class ContactModulus:
 
     @property
     def along_110(self) -> float:
-        """θ = π/4: along the rows of nearest neighbours, which are the axes of the surface grid."""
+        """Contact modulus along <110>, θ = π/4: the rows of nearest neighbours and the axes of the surface grid."""
         return float(self.values[_DIRECTIONS // 2])

@@ -139,7 +139,7 @@ class PairStyle(BondlessPotential):
 
     @property
     def force_range(self) -> float:
-        """How far a displaced atom changes forces, in Å."""
+        """Largest distance at which a displaced atom changes forces, in Å."""
         return (2 if self.many_body else 1) * self.cutoff
 
     @cached_property

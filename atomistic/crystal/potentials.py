@@ -275,7 +275,7 @@ def _words(line: str) -> list[str]:
 
 
 _HEAD = 0
-"""Instead of the length of a table, for the line of an element."""
+"""Marker of an element's line, in place of the length of a table."""
 
 
 def _read(lengths: list[int], rows: list[list[str]]) -> list[list[str]]:

@@ -423,7 +423,7 @@ class Discreteness:
     along_110: float
     """Limit of difference/q for long waves along <110>, in a0: the difference is linear in q."""
     along_100: float
-    """Stiffness along <100>, likewise."""
+    """Limit of difference/q for long waves along <100>, in a0."""
 
     def worst(self, wavelength: float) -> float:
         """Largest difference, with its sign, over the directions of waves of about this length.

@@ -13,7 +13,10 @@ from continuum.model.grid import Grid
 from continuum.model.walls import Wall
 
 EDGE_DEPTH = 3 / 8
-"""Measured on discs of radius 5 - 80 cells: 0.48 in the next cell, 0.37 at 2 - 4 cells, 0.3 at 5 - 8."""
+"""Mean depth of the nearest centre inside the edge, in cells.
+
+Measured on discs of radius 5 - 80 cells: 0.48 in the next cell, 0.37 at 2 - 4 cells, 0.3 at 5 - 8.
+"""
 
 _ROWS = 128  # fields are processed in blocks: several of the whole grid would not fit beside it
 

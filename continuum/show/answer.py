@@ -24,9 +24,9 @@ HOW = {
     Basis.SEARCH: "by a search with adhesion",
     Basis.BOUNDS: "as bounds only",
 }
-"""How a threshold was found."""
+"""Phrases for the method that found a threshold."""
 WIDE = 2.0
-"""Factor of an error from which on it is said as a factor, not in per cent."""
+"""Error, as a factor, above which it is printed as a factor instead of per cent."""
 
 
 def statements(prediction: PredictionNumbers) -> list[str]:
@@ -66,7 +66,7 @@ def _bounded(sticky: bool, prediction: PredictionNumbers, threshold: MapThreshol
 
 
 def _error(threshold: MapThreshold) -> str:
-    """How well a threshold is known, in per cent or as a factor."""
+    """Uncertainty of a threshold, in per cent or as a factor."""
     if not threshold.low > 0:
         return f"which is at most {per_area(threshold.high)}"
     if np.isinf(threshold.high):
@@ -125,7 +125,7 @@ def _change(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
 
 
 def _held(prediction: PredictionNumbers) -> str:
-    """The pull-off stress, and what touches without load."""
+    """Pull-off stress, and contact area and gap without load."""
     found = prediction.adhesion
     if found is None:
         return ""
@@ -172,7 +172,7 @@ def _range_and_heights(threshold: MapThreshold, work: float, reach: float) -> tu
 
 
 def _zeros(x: Real, y: Real) -> Real:
-    """Where y changes its sign, between points."""
+    """Positions between points where y changes its sign."""
     i = np.flatnonzero(y[:-1] * y[1:] < 0)
     found: Real = x[i] - y[i] * (x[i + 1] - x[i]) / (y[i + 1] - y[i])
     return found

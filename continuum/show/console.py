@@ -32,7 +32,7 @@ from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, StickinessError, shor
 from continuum.sheet import WIDEST, Sheet
 
 Voice = Literal["quiet", "normal", "verbose"]
-"""How much a command says.
+"""Amount of output of a command.
 
 Quiet: results, warnings and errors only.  Verbose: also a line for each part of the work on a terminal, and the place
 in the code of an error.
@@ -262,7 +262,7 @@ def exit_code(
 
 @contextmanager
 def until_ctrl_c() -> Iterator[None]:
-    """Run what has no other end than Ctrl-C; other signals stop it as they stop any command."""
+    """Run a task that only ends by Ctrl-C; other signals stop it as they stop any command."""
     try:
         yield
     except KeyboardInterrupt as stopped:

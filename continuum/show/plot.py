@@ -260,7 +260,7 @@ def broken(x: Real, y: Real) -> tuple[Real, Real]:
 
 
 def _few(values: np.ndarray, *, every: bool) -> np.ndarray:
-    """No more points than are seen: of kinds every so many, of numbers the means that antialiasing would take."""
+    """Reduce a map to the points that are visible: every n-th point of kinds, means of numbers."""
     steps = [max(n // _PIXELS, 1) for n in values.shape]
     if every or max(steps) == 1:
         return values[tuple(slice(None, None, step) for step in steps)]

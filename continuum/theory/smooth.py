@@ -152,13 +152,13 @@ class SphereState(NamedTuple):
     """One equilibrium of an adhesive sphere."""
 
     contact_radius: float
-    """a, inside of which the surfaces touch."""
+    """Radius a of the contact."""
     rim_radius: float
-    """c, up to which they attract one another."""
+    """Radius c up to which the surfaces attract one another."""
     load: float
-    """N; negative where it pulls."""
+    """Load N; negative under tension."""
     indentation: float
-    """δ, approach of distant points."""
+    """Indentation δ, the approach of distant points."""
 
 
 @dataclass(frozen=True)
