@@ -48,6 +48,8 @@ class SweepListing:
     searches: tuple[SweepSearch, ...] = ()
     columns: tuple[OwnColumn, ...] = ()
     """Columns of one's own."""
+    made_of: str = ""
+    """Hash of the input and the version that it was made of; empty where other files belong to the input."""
 
     @property
     def keys(self) -> set[str]:
@@ -92,7 +94,8 @@ def _listing(data: dict[str, Any]) -> SweepListing:
             raise ValueError(f"a value of {axis.keys[0]} is not on its axis")
     if not isinstance(data["common"], dict):
         raise TypeError("common is no table")
-    return SweepListing(_text(data["name"]), axes, data["common"], systems, search, columns=columns)
+    made_of = _text(data.get("made_of", ""))
+    return SweepListing(_text(data["name"]), axes, data["common"], systems, search, columns=columns, made_of=made_of)
 
 
 def _bisection(data: dict[str, Any], columns: tuple[OwnColumn, ...]) -> Bisection:
@@ -130,6 +133,8 @@ def listing_text(listing: SweepListing) -> str:
         systems = tuple(end for each in listing.searches for end in (each.systems[0], each.systems[-1]))
         ends = tuple((system.settings[listing.bisection.key],) for system in systems[:2])
         axes, added = (*axes[:-1], replace(axes[-1], values=ends)), {"bisection": vars(listing.bisection)}
+    if listing.made_of:
+        added["made_of"] = listing.made_of
     if listing.columns:
         added["columns"] = [
             {name: getattr(one, name) for name in ("name", "origin", "digest")} for one in listing.columns

@@ -16,7 +16,7 @@ from continuum.errors import OutputError
 from continuum.files import output, store
 from continuum.files.hdf5 import StoreError, UnreadError
 from continuum.files.provenance import journal, made_by, provenance
-from continuum.files.tables import former_settings
+from continuum.files.tables import former_settings, identity
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.growth import Growth, growths
@@ -105,11 +105,14 @@ def _planned(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTas
     A folder that has none of the systems, nor a path that one continues, may have them by the defaults of an earlier
     version.
     """
-    first = _with_growth(sweep, folder)
+    made_of = _made_of(sweep)
     try:
-        before = systems_of(folder.root).keys
+        stored = systems_of(folder.root)
     except SweepError:
-        return (*first, [])
+        return (*_with_growth(sweep, folder, made_of), [])
+    if made_of and stored.made_of == made_of:
+        return stored, _grown(folder, stored, [_task(folder, sweep, system) for system in stored.systems]), []
+    first, before = _with_growth(sweep, folder, made_of), stored.keys
 
     def known(listing: SweepListing, tasks: list[SystemTask]) -> bool:
         return not before.isdisjoint(listing.keys) or any(task.growth is not None for task in tasks)
@@ -123,8 +126,26 @@ def _planned(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTas
     return (*first, [])
 
 
-def _with_growth(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask]]:
-    listing, tasks = _listed(sweep, folder)
+def _made_of(sweep: Sweep) -> str:
+    """Hash of all that the systems of a sweep follow from, but for files that it names; empty if that is not known.
+
+    Input and version, of a checkout without changes; a search has systems that are not listed yet.
+    """
+    made = provenance()
+    if sweep.bisection is not None or made.get("provenance/git_dirty"):
+        return ""
+    content = [sweep.text, made_by(made), *(column.made for column in sweep.columns)]
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()
+
+
+def _task(folder: Folder, sweep: Sweep, system: System) -> SystemTask:
+    """The task of a listed system, whose input is checked when it is run."""
+    plan = replace(system, source=sweep.base)
+    return SystemTask(folder.point(plan.key), plan.label, plan.cost, plan.memory, plan=plan, columns=sweep.columns)
+
+
+def _with_growth(sweep: Sweep, folder: Folder, made_of: str = "") -> tuple[SweepListing, list[SystemTask]]:
+    listing, tasks = _listed(sweep, folder, made_of)
     return listing, _grown(folder, listing, tasks)
 
 
@@ -165,6 +186,9 @@ def solve_system(root: Path, task: SystemTask) -> None:
     folder = Folder(root)
     working = folder.work / task.path.name
     with output.reserved(folder.work / task.path.stem):
+        config = task.plan.config
+        if identity(config) != task.plan.key:
+            raise OutputError(f"{folder.listing}: lists {task.label} as another system; delete it, and run again")
         require_functions(task.columns)  # before a path of hours
         if not task.path.is_file():  # else it was done before, or meanwhile by another process
             try:
@@ -173,7 +197,7 @@ def solve_system(root: Path, task: SystemTask) -> None:
             except UnreadError as error:  # not a fault of the system
                 raise OutputError(str(error)) from error
             follow_run(
-                task.plan.config,
+                config,
                 working,
                 every=_EVERY,
                 growth=task.growth,
@@ -186,13 +210,15 @@ def solve_system(root: Path, task: SystemTask) -> None:
         folder.death(task.path.stem).unlink(missing_ok=True)
 
 
-def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask]]:
+def _listed(sweep: Sweep, folder: Folder, made_of: str) -> tuple[SweepListing, list[SystemTask]]:
     tasks = list[SystemTask]()
     common: dict[str, Any] = {}
     for plan, config in sweep.systems():
         values = dict(dotted(config.plain()))
         # Keys that follow from one on an axis, as the period from the points, are not common.
         common = {key: value for key, value in common.items() if values.get(key) == value} if tasks else values
+        if len(config.files) > 1:  # beside the input itself
+            made_of = ""
         cost = cost_of(config)
         nx, ny = config.grid.n
         plan = replace(plan, cost=float(cost.fft_pairs) * nx * ny, memory=float(cost.memory))
@@ -205,7 +231,9 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
     on_axes = {key for axis in axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}
     systems = tuple(task.plan for task in tasks)
-    listing = with_trials(folder, SweepListing(sweep.name, axes, common, systems, search, columns=sweep.columns))
+    listing = with_trials(
+        folder, SweepListing(sweep.name, axes, common, systems, search, columns=sweep.columns, made_of=made_of)
+    )
     if search is not None:
         tasks = [_search_task(folder, search, each, sweep.columns) for each in listing.searches]
     return listing, tasks

@@ -32,9 +32,11 @@ from continuum.files.hdf5 import UnreadError
 from continuum.files.toml import ConfigError
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.points import sweep_points
-from continuum.runs.config import expand_range
+from continuum.runs.config import RunConfig, expand_range
 from continuum.runs.cost import cost_of
 from continuum.solve.backend import back_end
+from continuum.sweeps import axes
+from continuum.sweeps import sweep as sweeping
 from continuum.sweeps.axes import Sweep, label_of
 from continuum.sweeps.collect import LeftOutWarning, Verification, collect, sweep_verify
 from continuum.sweeps.conditions import condition, holds, values_of
@@ -665,3 +667,27 @@ def test_content_is_compared(undisturbed: Path) -> None:
     assert "measured" in content(point)
     with pytest.raises(ConfigError):
         Sweep.read(undisturbed / "absent.toml")
+
+
+def test_a_sweep_that_was_listed_by_this_version_is_not_listed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor is a listing believed that has a system under another identity."""
+    monkeypatch.setattr(sweeping, "provenance", lambda: {"provenance/stickiness": "1.0"})
+    path, parsed = described(tmp_path, '[sweep.axes]\n"surface.seed" = [1, 2, 3]\n'), list[object]()
+    first = begin(Sweep.read(path), tmp_path / "many")
+    real = axes.parsed
+    monkeypatch.setattr(axes, "parsed", lambda source, model: (parsed.append(model), real(source, model))[1])
+    again = begin(Sweep.read(path), tmp_path / "many")
+    assert [*map(vars, again)] == [*map(vars, first)]
+    assert RunConfig not in parsed
+    solve_system(tmp_path / "many", again[0])
+    listing = tmp_path / "many" / "systems.json"
+    listing.write_text(listing.read_text().replace(again[1].plan.key, "0" * 64))
+    (task,) = (one for one in begin(Sweep.read(path), tmp_path / "many") if one.plan.key == "0" * 64)
+    with pytest.raises(OutputError, match="another system"):
+        solve_system(tmp_path / "many", task)
+    # Another version, or other values, are listed anew.
+    monkeypatch.setattr(sweeping, "provenance", lambda: {"provenance/stickiness": "1.1"})
+    begin(Sweep.read(path), tmp_path / "many")
+    assert RunConfig in parsed
