@@ -29,7 +29,8 @@ from atomistic.lammps import directory as disk
 from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal
 from atomistic.lammps.language import filled, formatted, listing, read_template, vocabulary
 from atomistic.lammps.law import NO_CORE, TOLERANCE, law_of_atoms, name_of, native_law, wall_table
-from atomistic.lammps.protocol import Protocol, time_unit
+from atomistic.lammps.protocol import Protocol, time_unit, times_area
+from atomistic.lammps.result import UNITS
 from atomistic.lammps.shape import Shape, check_shape, misfit, shape_of
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, instance, number
 from continuum.arguments import field as field_of
@@ -319,6 +320,8 @@ def render(deck: Deck) -> dict[str, str]:
         "surface": deck.surface,
         "law": native_law(deck.law, deck.wall_tolerance).lines,
         "near": _near(deck),
+        "times_area": times_area(slab),
+        "units_of_keys": ", ".join(f'"{name}": "{unit}"' for name, unit in UNITS.items()),
         "of_heights": "surface atoms" if shape is not None else "atoms that move",
         "zero_gap": wall.zero_gap,
         "reach": wall.zero_gap + wall.range,

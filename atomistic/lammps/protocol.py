@@ -147,6 +147,11 @@ BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
 """LAMMPS' own, in its units."""
 
 
+def times_area(slab: AnySlab) -> str:
+    """Factor, in LAMMPS' language, by which E* times the area of an atom becomes E* a0²; empty of an area of a0²."""
+    return "" if slab.one_to_one else f"*{formatted(slab.area)}"
+
+
 def time_unit(model: AnyModel) -> float:
     """a0 (m/(E* a0³))^(1/2) in LAMMPS' unit of time."""
     # In units metal, mass velocity² in u (Å/ps)² becomes energy in eV by this factor (LAMMPS' mvv2e).
@@ -306,7 +311,9 @@ class Motion(Protocol):
             "names": " ".join(AVERAGES),
             "units_of_trace": "lengths a0, forces E* a0^2, energies E* a0^3"
             + ("" if slab.one_to_one else f"; both times {formatted(slab.area)}, the area of an atom in a0^2"),
-            "averages": "".join(f'  "{name}": ${{{name}}},\n' for name in stored),
+            "averages": "".join(
+                f'  "{name}": $(v_{name}{times_area(slab) if name in ENERGIES else ""}:%.17g),\n' for name in stored
+            ),
             "velocities": " vx vy vz",
             **height,
         }

@@ -28,6 +28,7 @@ from continuum.units import Units
 
 FORCES = {"load": "force", "target_load": "target_force"}
 """Names in ``result.json`` of forces, as a load is per area here."""
+_BY_FIELD = {field: name for name, field in FORCES.items()}
 HCP = 2
 """LAMMPS' number of an atom with hcp neighbours."""
 LARGEST_DISTORTION = 0.5
@@ -184,6 +185,16 @@ class DeckResult:
         return self
 
 
+UNITS = {
+    **{_BY_FIELD.get(c.name, c.name): str(c.metadata["units"]) for c in fields(DeckResult) if c.metadata.get("units")},
+    "length_unit": "LAMMPS' unit of length",
+    "force_unit": "LAMMPS' unit of force, of E* times the area of an atom",
+    "load_nN": "nN", "mean_pressure_GPa": "GPa", "slid_x": "a0", "slid_y": "a0", "raised": "a0",
+    **dict.fromkeys(ENERGIES, "E* a0^3"),
+}  # fmt: skip
+"""Unit of each key of ``result.json`` that has one."""
+
+
 @dataclass(frozen=True)
 class DeckDescription:
     """Contents of a ``deck.json``."""
@@ -282,15 +293,16 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
 def _result(
     slab: AnySlab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows, trace: dict[str, Real]
 ) -> DeckResult:
+    scaled = numbers.pop("units", None) is not None
     known = [values for rows in (surface, state) for values in rows.values()]
     if not all(map(math.isfinite, numbers.values())) or not all(np.isfinite(values).all() for values in known):
         raise ValueError("it has numbers that are not finite: check separation and start")
     minimisers = re.findall(r"Iterations, force evaluations = \d+ (\d+)", log)
-    # LAMMPS counts forces in E* and energies in E* a0, times the area of a surface atom.
+    # Earlier decks, and the trace, count forces in E* and energies in E* a0, times the area of a surface atom.
     totals = {**{c.name: c for c in fields(DeckResult) if c.metadata.get("units") in ("E* a0^2", "E* a0^3")},
               **dict.fromkeys(FORCES), **dict.fromkeys(ENERGIES), "load_rep": None}  # fmt: skip
     for name in numbers:
-        if name.removeprefix("mean_").removeprefix("error_") in totals:
+        if not scaled and name.removeprefix("mean_").removeprefix("error_") in totals:
             numbers[name] *= slab.area
     trace = {name: values * slab.area if name in totals else values for name, values in trace.items()}
     averages = {name: mean_and_error(values) for name, values in trace.items() if name != "step"} or {

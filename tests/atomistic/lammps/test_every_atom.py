@@ -5,6 +5,7 @@ slabs of these tests, three layers on a rigid base below a sharp tip, missed tha
 that no atom is in the core, below 0.7 a0, where they came before.
 """
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -111,6 +112,12 @@ def test_all_rows_of_a_stepped_face_are_under_a_flat_wall(face: str, tmp_path: P
         "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.0},
     }  # fmt: skip
     run = roughly(tables, tmp_path)
+    # Each number of its result has a unit; forces are in E* a0², whatever the area of an atom.
+    numbers = json.loads((run.directory / "result.json").read_text())
+    units = numbers.pop("units")
+    assert {*numbers} - {"lammps_version"} <= {*units}
+    assert (units["load"], units["separation"], units["area_rep"]) == ("E* a0^2", "a0", "1")
+    assert numbers["load"] == run.last.force == pytest.approx(run.last.slab.area * run.last.tractions.sum(), rel=1e-9)
     heights = run.last.slab.positions[: run.last.slab.surface_atoms, 2]
     assert len(np.unique(np.round(heights, 3))) == 2
     assert run.last.smallest_gap > CORE
