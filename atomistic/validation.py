@@ -1,6 +1,5 @@
 """Cross-validation: run an input on every rung of the ladder, compare state by state, store and judge."""
 
-import os
 import shutil
 from collections.abc import Callable, Mapping
 from contextlib import closing
@@ -24,6 +23,7 @@ from continuum.files.inputs import load
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Dataset
 from continuum.files.tables import refuse
+from continuum.granted import granted_processors
 from continuum.model.walls import LennardJonesSpline
 from continuum.sheet import Sheet
 from continuum.sweeps.workers import Task, TaskResult, run_tasks
@@ -109,7 +109,7 @@ def validate(
     file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
     output : folder for the result, which is named after the input, or its file, ``NAME.h5``.  Paths stored there are
         kept.
-    workers : number of processes of one core each; by default all cores, at most 4.
+    workers : number of processes of one core each; by default all cores that it is granted, at most 4.
     decks : keep every LAMMPS deck in this folder.
     lmp_command : command that starts LAMMPS, as ``"srun lmp"``; by default the installed library in this process.
     force : replace a stored result and start anew.
@@ -123,7 +123,7 @@ def validate(
     """
     path = file_name("output", output)
     decks = None if decks is None else file_name("decks", decks)
-    workers = min(MOST_WORKERS, os.cpu_count() or 1) if workers is None else count("workers", workers, most=1024)
+    workers = min(MOST_WORKERS, granted_processors()) if workers is None else count("workers", workers, most=1024)
     flag("force", force)
     command_words(lmp_command)
     function("progress", progress)

@@ -21,11 +21,11 @@ from atomistic.response.material import model_of
 from continuum.arguments import ArgumentError
 from continuum.files.store import Attribute
 from continuum.files.tables import refuse
+from continuum.granted import granted_memory
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import TabulatedSubstrate
 from continuum.model.walls import LennardJonesSpline, Wall
-from continuum.runs.cost import physical_memory
 from continuum.tables import Fault
 
 BYTES, BYTES_PER_ATOM = 2.5e8, 1600
@@ -104,7 +104,7 @@ def slab_under(model: Model, grid: Grid, depth: float) -> Slab:
 
 
 def _require_memory(slab: AnySlab, depth: float) -> None:
-    needed, available = BYTES + BYTES_PER_ATOM * slab.size, physical_memory()
+    needed, available = BYTES + BYTES_PER_ATOM * slab.size, granted_memory()
     if needed > available:
         allowed = f"a slab that needs at most the {available / 1e9:.3g} GB of this machine, not {needed / 1e9:.3g}"
         raise ArgumentError("depth", depth, allowed)

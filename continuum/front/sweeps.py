@@ -21,8 +21,9 @@ from continuum.files.output import LockedError, folder, save
 from continuum.files.provenance import provenance
 from continuum.files.store import Dataset
 from continuum.files.toml import text_of
+from continuum.granted import granted_memory
 from continuum.model.grid import Grid
-from continuum.runs.cost import Cost, cost_of, pair_seconds, physical_memory
+from continuum.runs.cost import Cost, cost_of, pair_seconds
 from continuum.sheet import Column, Sheet
 from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep
@@ -117,7 +118,7 @@ def sweep(
         devices = back_end(config.solver.device).devices()
     at_once = max(1, len(devices)) if workers is None else workers
     check_workers(at_once or 1, threads, devices)
-    limit = physical_memory() if memory is None else number("memory", memory, above=0)
+    limit = granted_memory() if memory is None else number("memory", memory, above=0)
     root = file_name("output", output) / described.name
     part, parts = pair("shard", shard)
     count("shard[0]", part, most=count("shard[1]", parts))
@@ -279,11 +280,11 @@ def sweep_slurm(
     reduced : use the smaller sizes of [sweep.reduced].
     nodes : nodes of the allocation.
     time : time of the allocation, as SLURM writes it.
-    workers : processes on each node.
+    workers : processes on each node; fewer if there are fewer systems.
     threads : threads of the solver of each system.
     memory : memory that each process may use, in bytes; what the largest system needs if None.
     device : device of the solver, instead of ``[solver] device`` of the input; with cuda each process uses one GPU.
-    shards : number of jobs of a job array, instead of one cluster.
+    shards : number of jobs of a job array, instead of one cluster; fewer if there are fewer systems.
     partition : SLURM partition.
     account : SLURM account.
     modules : modules to load first, as gcc/13.2.
@@ -305,6 +306,8 @@ def sweep_slurm(
         nodes, time, workers, needed if memory is None else number("memory", memory, above=0), threads, shards,
         any(config.solver.device != "cpu" for config in configs), partition, account, modules, lines,
     )  # fmt: skip
+    tasks = len(configs) // (1 if described.bisection is None else 2)  # a search has two ends
+    allocation = allocation.for_tasks(tasks)
     root = file_name("output", output)
     words = ["continuum", "sweep", "run", str(path), "--output", str(root), *(["--reduced"] if reduced else [])]
     words += [word for name, value in given.items() for word in ("--set", f"{name}={text_of(value)}")]

@@ -9,11 +9,12 @@ import numpy as np
 
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
+from continuum.granted import granted_memory
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
 from continuum.model.surface import Moments
 from continuum.runs.config import RunConfig
-from continuum.runs.cost import cost_of, physical_memory
+from continuum.runs.cost import cost_of
 from continuum.solve.solution import Settings
 from continuum.tables import Fault, Key, Table
 
@@ -45,7 +46,7 @@ def build(config: RunConfig) -> RunSetup:
 
     Raises ConfigError if the run does not fit into memory, or a file does not hold what it should.
     """
-    needed, available = cost_of(config).memory, physical_memory()
+    needed, available = cost_of(config).memory, granted_memory()
     if needed > available:
         cause = "too many points of the grid, or of the path with output.fields"
         limit = f"a run that needs at most the {available / 1e9:.3g} GB of this machine, not {needed / 1e9:.3g}"

@@ -3,7 +3,8 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 from continuum.arguments import ArgumentError, count
 
@@ -62,6 +63,11 @@ class Allocation:
             for value in values:
                 if not (isinstance(value, str) and pattern.fullmatch(value)):
                     raise ArgumentError(name, value, allowed)
+
+    def for_tasks(self, tasks: int) -> Self:
+        """As much of it as so many systems, or searches, use: no job without one, no more processes than a job has."""
+        shards = self.shards and min(self.shards, tasks)
+        return replace(self, shards=shards, workers=min(self.workers, math.ceil(tasks / (shards or self.nodes))))
 
     @property
     def head(self) -> list[str]:

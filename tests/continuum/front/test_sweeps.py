@@ -144,6 +144,7 @@ def test_a_job_asks_for_what_it_is_told_to_ask_for(many: Path, capsys: pytest.Ca
         "--array", "4", "--workers", "2", "--threads", "3", "--memory", "2", "--partition", "short", "--account", "p_7",
         "--module", "gcc/13.2", "--module", "python", "--line", "source ~/venv/bin/activate",
     ]  # fmt: skip
+    many.write_text(many.read_text().replace("[1, 2]", "[1, 2, 3, 4, 5, 6, 7, 8]"))
     assert main(["sweep", "slurm", str(many), *words]) == 0
     script = capsys.readouterr().out.splitlines()
     for line in ("cpus-per-task=6", "partition=short", "account=p_7", "array=1-4", "nodes=1", "open-mode=append"):
@@ -156,6 +157,28 @@ def test_a_job_asks_for_what_it_is_told_to_ask_for(many: Path, capsys: pytest.Ca
     on_gpus = c.sweep_slurm(many, device="cuda", shards=2, workers=4)
     assert "#SBATCH --gres=gpu:4\n" in on_gpus
     assert "solver.device=" in on_gpus
+
+
+@pytest.mark.parametrize(
+    ("systems", "asked", "given"),
+    [
+        # Systems; then nodes or jobs, and processes that are asked for, and that a script has.
+        (6, {"shards": 3, "workers": 16}, (3, 2)),
+        (7, {"shards": 3, "workers": 16}, (3, 3)),
+        (7, {"shards": 3, "workers": 2}, (3, 2)),
+        (2, {"shards": 4, "workers": 16}, (2, 1)),
+        (5, {"nodes": 2, "workers": 16}, (2, 3)),
+        (40, {"nodes": 2, "workers": 16}, (2, 16)),
+    ],
+)
+def test_a_job_asks_for_no_more_processes_than_it_has_systems(
+    systems: int, asked: dict[str, int], given: tuple[int, int], many: Path
+) -> None:
+    script = c.sweep_slurm(many, settings={"surface.seed": range(systems)}, **asked)  # type: ignore[arg-type]
+    over = "array=1-" if "shards" in asked else "nodes="
+    for line in (f"{over}{given[0]}", f"cpus-per-task={given[1]}"):
+        assert f"#SBATCH --{line}\n" in script
+    assert f"workers {given[1]} " in script
 
 
 def test_a_folder_says_what_was_run_in_it_and_what_is_other_than_before(

@@ -1,4 +1,4 @@
-"""The memory that may be used: that of the machine, less what SLURM or the control groups of a process allow."""
+"""Memory and processors that may be used: those of the machine, less what SLURM or control groups do not allow."""
 
 from __future__ import annotations
 
@@ -10,7 +10,14 @@ import pytest
 
 from continuum.cli import main
 from continuum.errors import InputError
-from continuum.runs.cost import cgroup_limit, physical_memory, slurm_limit
+from continuum.granted import (
+    cgroup_memory,
+    cgroup_processors,
+    granted_memory,
+    granted_processors,
+    slurm_memory,
+    slurm_processors,
+)
 from tests.problems import SMALL
 
 MB = 2**20
@@ -37,7 +44,7 @@ def machine(root: Path, groups: str, limits: dict[str, str]) -> Path:
     ],
 )
 def test_what_slurm_gives_a_job(environment: dict[str, str], limit: float) -> None:
-    assert slurm_limit(environment) == limit
+    assert slurm_memory(environment) == limit
 
 
 @pytest.mark.parametrize(
@@ -55,7 +62,7 @@ def test_what_slurm_never_says_is_one_message_and_nothing_is_written(
     environment: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(InputError, match=f"{next(iter(environment))} = .*a number of MB"):
-        slurm_limit(environment)
+        slurm_memory(environment)
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     path = tmp_path / "many.toml"
@@ -91,13 +98,57 @@ GROUPS = [
 
 def test_the_lowest_limit_of_all_groups_around_a_process_holds(tmp_path: Path) -> None:
     for number, (groups, limits, limit) in enumerate(GROUPS):
-        assert cgroup_limit(machine(tmp_path / str(number), groups, limits)) == limit
+        assert cgroup_memory(machine(tmp_path / str(number), groups, limits)) == limit
 
 
 def test_a_machine_without_control_groups_has_its_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert cgroup_limit(tmp_path) == np.inf
-    whole = physical_memory()
+    assert cgroup_memory(tmp_path) == np.inf
+    whole = granted_memory()
     assert 0 < whole <= os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     monkeypatch.setenv("SLURM_MEM_PER_CPU", "1")
     monkeypatch.setenv("SLURM_CPUS_ON_NODE", "2")
-    assert physical_memory() == min(whole, 2 * MB)
+    assert granted_memory() == min(whole, 2 * MB)
+
+
+@pytest.mark.parametrize(
+    ("environment", "processors"),
+    [
+        ({}, np.inf),
+        ({"SLURM_CPUS_PER_TASK": "4", "SLURM_CPUS_ON_NODE": "16"}, 4),
+        ({"SLURM_CPUS_ON_NODE": "16"}, 16),
+        ({"SLURM_NTASKS": "2"}, np.inf),  # a variable that srun would read
+    ],
+)
+def test_processors_that_slurm_gives_a_job(environment: dict[str, str], processors: float) -> None:
+    assert slurm_processors(environment) == processors
+
+
+@pytest.mark.parametrize("given", ["", "x", "0", "-1", "1.5"])
+def test_a_number_of_processors_that_slurm_never_gives_is_refused(given: str) -> None:
+    with pytest.raises(InputError, match=f"SLURM_CPUS_ON_NODE = '{given}': allowed: a number of processors"):
+        slurm_processors({"SLURM_CPUS_ON_NODE": given})
+
+
+QUOTAS = [
+    ("0::/\n", {"cpu.max": "200000 100000\n"}, 2),
+    ("0::/\n", {"cpu.max": "max 100000\n"}, np.inf),
+    ("0::/a/b\n", {"a/cpu.max": "150000 100000", "a/b/cpu.max": "max 100000"}, 2),  # one and a half
+    ("4:cpu,cpuacct:/a\n", {"cpu/a/cpu.cfs_quota_us": "400000", "cpu/a/cpu.cfs_period_us": "100000"}, 4),
+    ("4:cpu,cpuacct:/a\n", {"cpu/a/cpu.cfs_quota_us": "-1", "cpu/a/cpu.cfs_period_us": "100000"}, np.inf),
+    ("4:cpuset:/a\n", {"cpu/a/cpu.cfs_quota_us": "400000", "cpu/a/cpu.cfs_period_us": "100000"}, np.inf),
+]
+
+
+def test_the_lowest_quota_of_all_groups_around_a_process_holds(tmp_path: Path) -> None:
+    for number, (groups, limits, limit) in enumerate(QUOTAS):
+        assert cgroup_processors(machine(tmp_path / str(number), groups, limits)) == limit
+    assert cgroup_processors(tmp_path) == np.inf
+
+
+def test_the_least_of_all_grants_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = granted_processors()
+    assert 1 <= whole <= (os.cpu_count() or 1)
+    monkeypatch.setenv("SLURM_CPUS_PER_TASK", "1")
+    assert granted_processors() == 1
+    monkeypatch.setenv("SLURM_CPUS_PER_TASK", "4096")
+    assert granted_processors() == whole
