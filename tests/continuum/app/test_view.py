@@ -387,17 +387,45 @@ def test_a_hostile_file_of_states_is_refused(client: Client, stored: Result, tmp
     assert all(str(client.view.folder) not in one.body.decode(errors="replace") for one in said)
 
 
-def test_a_map_is_solved(client: Client) -> None:
-    """In a process of its own, from which the prediction comes back; on a map so small that the search is short."""
+BUTTONS = {
+    # What a button of the page asks of the program first; "" where it asks nothing.
+    "example": "/example",
+    "ask": "/predict",
+    "solve": "/solve",
+    "all": "/report",
+    "again": "/predict",
+    "stop": "",
+}
+
+
+def test_every_button_of_the_page_is_known_here() -> None:
+    static = resources.files("continuum.app") / "static"
+    assert set(re.findall(r'<button [^>]*id="(\w+)"', (static / "index.html").read_text())) == BUTTONS.keys()
+    assert "<button" not in (static / "states.html").read_text()
+    script = (static / "view.js").read_text()
+    works = dict(re.findall(r'^button\("(\w+)", (.*?)\);$', script, re.MULTILINE | re.DOTALL))
+    works["ask"] = re.findall(r'"submit", .*', script)[0]
+    assert 'function ask(path = "/predict"' in script
+    asks = {button: re.search(r'"(/\w+)"|\bask\(\)', work) for button, work in works.items()}
+    assert {button: found[1] or "/predict" if found else "" for button, found in asks.items()} == BUTTONS
+
+
+def test_every_button_is_answered(client: Client) -> None:
+    """Solving is in a process of its own, from which the prediction comes back: on a map so small that it is short."""
+    opened = client("POST", BUTTONS["example"])
+    assert (opened.status, opened.json["opened"]) == (200, [EXAMPLE])
     heights = 4.0 * SelfAffine(0.8, 0.02, 4.0, 16.0).synthesise(Grid.square(16), np.random.default_rng(1))
     client("PUT", "/map", "\n".join(" ".join(map(str, row)) for row in heights).encode(), X_Name="map.txt")
     form = FORM | {"size": "16nm", "work": "1mJ/m2", "periodic": "on"}
-    said = asked(client, form, "/solve")
+    pressed = asked(client, form, BUTTONS["ask"])
+    assert pressed["answer"]["row"]["w_c from"] != "search"
+    said = asked(client, form, BUTTONS["solve"])
     assert said["told"].startswith("searching for the threshold")
     assert said["answer"]["row"]["w_c from"] == "search"
     assert "by a search with adhesion" in said["answer"]["statements"][1]
     assert said["answer"]["command"].endswith("--solve")
     assert [layer["kind"] for layer in said["layers"]] == ["contact", "deciding"]
+    assert said["answer"]["statements"][1] in client("POST", BUTTONS["all"]).json["page"]
 
 
 @pytest.mark.parametrize("how", ["asked", "closed"])
