@@ -1,4 +1,4 @@
-"""Any other ``pair_style`` of the installed LAMMPS, in a form that cannot inject commands into a script.
+"""Any other ``pair_style`` of the installed LAMMPS without charges, so that it injects no commands into a script.
 
 A style is a name, and all arguments are words of letters, digits and ``_ . + - * / =`` only, which can neither end a
 line nor begin a variable.  The content of files is stored with the model, under names of ours.
@@ -33,7 +33,7 @@ _ELEMENT = re.compile(r"[A-Z][a-z]?")
 
 @dataclass(frozen=True)
 class PairStyle(BondlessPotential):
-    """Elements in any ``pair_style``, in LAMMPS' units ``metal``: eV and Å.
+    """Elements in any ``pair_style`` without charges, in LAMMPS' units ``metal``: eV and Å.
 
     Parameters
     ----------

@@ -24,6 +24,12 @@ from atomistic.lammps.language import formatted
 from atomistic.lammps.result import DeckResult, LammpsError, named
 from continuum.model.fourier import Real
 
+_BEYOND = {
+    "atom attribute q": "atoms have no charges here, which comb, ReaxFF and their like need: use another potential",
+    "metal units are in use": "`pair-style` is in LAMMPS' units `metal`: use a potential in these",
+}
+"""What of the messages of LAMMPS says that a potential is none for us, and why."""
+
 
 class LammpsHandle:
     """LAMMPS in this process, with commands run in a directory; close it, or use it with ``with``.
@@ -145,7 +151,9 @@ class Cell(LammpsHandle):
             yield
         except LammpsError as error:
             said = named(str(error.__cause__ or error), self._potential.names)
-            raise PotentialError(f"LAMMPS refuses this potential: {said}\n    {self._potential.reference}") from error
+            beyond = "".join(f"\n    {why}" for part, why in _BEYOND.items() if part in said)
+            msg = f"LAMMPS refuses this potential: {said}\n    {self._potential.reference}{beyond}"
+            raise PotentialError(msg) from error
 
     def close(self) -> None:
         super().close()

@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import scipy
 
+from continuum.arguments import ArgumentError
 from continuum.keys import Positive
 from continuum.model.walls.exponential import Exponential
 from continuum.model.walls.spline import LennardJonesSpline
@@ -16,6 +17,8 @@ Shape = Literal["spline", "exponential"]
 CORE_PRESSURE = 10.0
 """Pressure up to which a spline's core is tabulated, in E*: beyond that of any elastic contact."""
 _KNOTS = 101
+_ROUNDED = 1e-3
+"""Largest relative error of the work and the range of a table: 3e-4 for a range of 1000 a0 on a core of 5 E*/a0."""
 
 
 class AttractionOnCore(Wall, kind="attraction-on-core"):
@@ -59,7 +62,12 @@ class AttractionOnCore(Wall, kind="attraction-on-core"):
             dense = np.linspace(0.0, 1.0, _KNOTS) ** 4
             outside, inside = reach * dense, -depth * dense[:0:-1]
             attraction = -pull * outside * (1 - dense) ** 2
-            return TabulatedWall(np.concatenate([inside, outside]), np.concatenate([-stiffness * inside, attraction]))
+            wall = TabulatedWall(np.concatenate([inside, outside]), np.concatenate([-stiffness * inside, attraction]))
+            # The kink is rounded over the first knots, which a core that is very stiff over a long range feels.
+            if not abs(wall.effective_range / r - 1) <= _ROUNDED or not abs(wall.work_of_adhesion / w - 1) <= _ROUNDED:
+                allowed = f"a softer core: with a range of {r:g} a0 its table would be wrong by more than 0.1 %"
+                raise ArgumentError("core_stiffness", self.core_stiffness, allowed)
+            return wall
 
         def exponential(decay: float) -> Exponential:
             # γ + γ²/(2 ρ² K) = w

@@ -111,6 +111,17 @@ def test_a_style_that_lammps_does_not_have_is_named():
         model_of(PairStyle("hybrid/overlay", "Cu", 63.5, 5.0, 3.6, ("eam/aloy",), (("*", "*", "eam/aloy", "Cu"),)))
 
 
+@pytest.mark.parametrize(
+    ("style", "words", "file", "why"),
+    [("comb", (), "ffield.comb", "no charges here"), ("reaxff", ("NULL",), "ffield.reax.cho", "units `metal`")],
+)
+def test_a_potential_that_is_none_for_a_deck_is_refused_with_the_reason(style, words, file, why) -> None:
+    element = "C" if style == "reaxff" else "Cu"
+    table = {"style": style, "element": element, "mass": 12.011 if element == "C" else 63.5}
+    with pytest.raises(PotentialError, match=why):
+        model_of(given(**table, arguments=words, files=(file,), coefficients=(("*", "*", file, element),)))
+
+
 def test_what_lammps_refuses_names_the_files_of_the_user_and_is_an_error_of_the_input() -> None:
     """Not potential.1, our name of it, nor a remedy for a LAMMPS that is well."""
     with pytest.raises(PotentialError) as caught:
