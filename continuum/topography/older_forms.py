@@ -13,8 +13,9 @@ from typing import BinaryIO
 
 from continuum.topography.map import TopographyError
 
-_SDF = re.compile(rb"[ab](?!ISO-1\.0)\w{3}-(?:V|\d)[\w.]*")
-"""The first word of a surface data file in another version than that of ISO 25178-71."""
+_SDF = re.compile(rb"a(?!ISO-1\.0)\w{3}-[V\d][\w.]*|b(?!ISO-1\.0)\w{3}-[V\d][\w.]{2}")
+"""The version of a surface data file that is not of ISO 25178-71: a word, or 8 bytes, which the maker's name follows
+at once, of a binary file."""
 _ALIKE = {b"aNPL-V1.0": b"aISO-1.0"} | {b"%cBCR-%c.0" % (a, v): b"%cISO-1.0" % a for a in b"ab" for v in b"01"}
 """Versions with the same fields, and what they are read as."""
 _GWY = b"GWYP"

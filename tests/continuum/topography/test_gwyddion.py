@@ -95,6 +95,8 @@ BOTH: dict[str, Callable[[], bytes]] = {
     "npl.sdf": lambda: _text("aNPL-V1.0" + SDF, " ", "*\n"),
     "bcr.sdf": lambda: _text("aBCR-1.0" + SDF, " ", "*\n"),
     "exported-by-gwyddion.sdf": lambda: _text("aBCR-0.0" + SDF, " ", "*\n"),
+    "binary.sdf": lambda: _binary(b"bISO-1.0"),
+    "binary-bcr.sdf": lambda: _binary(b"bBCR-1.0"),
     "fortran.txt": lambda: _fortran(),
 }
 LANGUAGES = {
@@ -117,6 +119,12 @@ def _fortran() -> bytes:
         " ".join(f"{one:.9e}".replace("e", "Dd"[i % 2]) for i, one in enumerate(line)) for line in HEIGHTS.T
     )
     return f"# Width: 3.2D+02 nm\n# Height: 0.4d3 nm\n# Value units: nm\n{rows}\n".encode()
+
+
+def _binary(version: bytes) -> bytes:
+    """The maker's name follows the version at once."""
+    scales = struct.pack("<HH4d", 32, 20, 1e-8, 2e-8, 1e-9, 0.0)
+    return version + b"ISO".ljust(10) + 2 * b"010120261200" + scales + b"\0\7\0" + HEIGHTS.T.astype("<f8").tobytes()
 
 
 def _gwyddion_file(unit: bytes, title: bytes) -> bytes:
