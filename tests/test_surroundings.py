@@ -21,7 +21,7 @@ import continuum as c
 from tests.problems import SMALL
 
 ROOT = Path(__file__).parents[1]
-NAMED = ("HOME", "XDG_CACHE_HOME", "MPLCONFIGDIR", "MATPLOTLIBRC", "NUMBA_CACHE_DIR", "PYTHONPATH", "TMPDIR")
+NAMED = ("HOME", "XDG_CACHE_HOME", "MPLCONFIGDIR", "MATPLOTLIBRC", "NUMBA_CACHE_DIR", "TMPDIR")
 SLURM = ("SLURM_CPUS_PER_TASK", "SLURM_CPUS_ON_NODE")
 
 
@@ -29,7 +29,8 @@ def called(
     *words: str, here: Path, before: Callable[[], object] | None = None, **variables: str
 ) -> subprocess.CompletedProcess[str]:
     """A Python process among these variables; ``before`` is called in it first."""
-    environment = {name: value for name, value in os.environ.items() if name not in (*NAMED, *SLURM)} | variables
+    own = {name: value for name, value in os.environ.items() if name not in (*NAMED, *SLURM)}
+    environment = own | {"PYTHONPATH": str(ROOT)} | variables
     return subprocess.run(
         [sys.executable, *words], cwd=here, env=environment, preexec_fn=before, timeout=300,
         capture_output=True, text=True, check=False,

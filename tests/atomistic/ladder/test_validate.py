@@ -752,3 +752,27 @@ def test_a_number_of_workers_that_is_none_is_refused_before_anything_is_written(
     with pytest.raises(ValueError, match="workers"):
         a.validate(config, tmp_path / "out", workers=workers, decks=tmp_path / "decks")
     assert not list(tmp_path.iterdir())
+
+
+class Told(Exception):
+    """What the comparison is replaced by; it holds the number of processes."""
+
+
+def test_it_takes_as_many_processors_as_it_is_granted_and_at_most_four(
+    config: ValidateConfig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a node of 64, by SLURM: `os.cpu_count` knows nothing of it."""
+
+    def told(*_: object, workers: int) -> None:
+        raise Told(workers)
+
+    paths = len(paths_of(config))
+    monkeypatch.setattr("atomistic.validation.run_tasks", told)
+    monkeypatch.setattr("os.cpu_count", lambda: 64)
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: set(range(64)))
+    monkeypatch.setattr("continuum.granted.cgroup_processors", lambda _: float("inf"))
+    for granted in (1, 2, 64):
+        monkeypatch.setenv("SLURM_CPUS_PER_TASK", str(granted))
+        with pytest.raises(Told) as caught:
+            a.validate(config, tmp_path / "out")
+        assert caught.value.args == (min(granted, 4, paths),)
