@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from atomistic.crystal.crystal import Slab
+from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.ladder.rungs import RungName, continuum_response
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.result import DeckResult
@@ -122,7 +122,9 @@ def law_error(specimen: Specimen, wall: Wall, run: Callable[[Path], DeckResult])
     n, layers = max(least_width(model), int(np.ceil(np.sqrt(GAPS)))), model.coupled_layers
     slab, rise = Slab((n, n), layers, layers), np.zeros(2 * layers)
     rise[:layers] = specimen.rise[:layers]
-    gap = np.linspace(SMALLEST_GAP, wall.zero_gap + 1.1 * max(wall.range, 0.1), n * n).reshape(n, n)
+    # Where the law reaches the second layer, 5 % nearer as it may relax, the first has only its part of it.
+    nearest = max(SMALLEST_GAP, wall.zero_gap + wall.range - 0.95 * LAYER_SPACING)
+    gap = np.linspace(nearest, wall.zero_gap + 1.1 * max(wall.range, 0.1), n * n).reshape(n, n)
     separation = float(gap.mean())
     # Nothing is to move: any force is within the tolerance.
     deck = Deck(slab, model, wall, gap - separation, separation, tolerance=1e9, rise=rise)

@@ -43,7 +43,7 @@ rms_slopes = [0.1]
 areas = [0.25]
 """
 """A case of the ensemble, on a surface that is not in it."""
-LAWS = {f"{length}": LennardJonesSpline(adhesion_length=length) for length in (0.0, 0.005)}
+LAWS = {f"{length}": LennardJonesSpline(adhesion_length=length) for length in (0.0, 0.005, 0.05)}
 Patch = Callable[[pytest.MonkeyPatch], None]
 
 
