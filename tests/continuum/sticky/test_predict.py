@@ -308,7 +308,7 @@ def test_the_report_needs_no_other_file_and_is_the_same_twice(
         "-v",
     ]
     assert main([*command, "-o", str(tmp_path / "a")]) == 0
-    said = capsys.readouterr().out
+    said = "".join(capsys.readouterr())
     assert main([*command, "-o", str(tmp_path / "b")]) == 0
     pages = [next((tmp_path / folder).glob("*.html")).read_text() for folder in "ab"]
     assert pages[0] == pages[1]
