@@ -16,6 +16,7 @@ from continuum.files.reference import unit_said
 from continuum.model.substrates import Response, Substrate
 from continuum.model.surface import Surface
 from continuum.model.walls import TabulatedWall, Wall
+from continuum.model.walls.attraction import CORE_PRESSURE
 from continuum.tables import Description, explained
 
 KINDS: dict[str, type[Description]] = {
@@ -79,6 +80,8 @@ def by_parameters(e: float, s: float, kind: type[Wall]) -> Wall:
     for name, value in kind.example.items():
         unit = "E* a0" if name == kind.work_key else unit_said(explained(kind)[name].description or "")
         given[name] = value * units[unit] if unit in units else value
+    if "core_depth" in explained(kind):  # its default is the depth of a pressure of 10 E* where E* = 1
+        given["core_depth"] = CORE_PRESSURE / kind.example["core_stiffness"] * s
     return kind.model_validate(given, context={}).build()
 
 

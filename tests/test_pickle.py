@@ -103,6 +103,10 @@ OBJECTS: Mapping[str, Callable[[Path], object]] = {
     "Exponential": lambda folder: c.Exponential(0.01, 0.3, 2.0),
     "InversePowers": lambda folder: c.InversePowers((9, 3), adhesion_length=0.01),
     "TabulatedWall": lambda folder: c.attraction_on_core("spline", 1e-3, 0.4, 5.0),
+    "NotConvergedWarning": lambda folder: c.NotConvergedWarning("why"),
+    "SweepTask": lambda folder: next(
+        iter(c.sweep("inputs/sweep/figure1.toml", folder, workers=0, reduced=True).jobs())
+    ),
     "NotConvergedError": lambda folder: c.NotConvergedError("why"),
     "StoreError": lambda folder: c.StoreError("why"),
     "ConfigError": lambda folder: _raised(lambda: c.check(_bad(folder))),

@@ -29,7 +29,7 @@ def test_what_is_possible_passes_and_all_else_is_refused(kind: possible.Kind, sh
     """By the logarithm of a number between the bounds."""
     bounds = possible.POSSIBLE[kind]
     value = float(bounds.least * (bounds.most / bounds.least) ** share)
-    si = {"pressure": "Pa", "energy_per_area": "J/m2", "length": "m"}[bounds.quantity]
+    si = {"pressure": "Pa", "energy_per_area": "J/m2", "length": "m", "force": "N"}[bounds.quantity]
     assert possible.from_text(bounds.example, kind) > 0
     if 0 < share < 1:
         assert possible.from_text(f"{value!r}{si}", kind) == possible.given("x", value, kind, si) == value

@@ -65,7 +65,10 @@ class AttractionOnCore(Wall, kind="attraction-on-core"):
             wall = TabulatedWall(np.concatenate([inside, outside]), np.concatenate([-stiffness * inside, attraction]))
             # The kink is rounded over the first knots, which a core that is very stiff over a long range feels.
             if not abs(wall.effective_range / r - 1) <= _ROUNDED or not abs(wall.work_of_adhesion / w - 1) <= _ROUNDED:
-                allowed = f"a softer core: with a range of {r:g} a0 its table would be wrong by more than 0.1 %"
+                allowed = (
+                    f"a core nearer to 5 E*/a0, or core_depth near to the overlap that is reached: a table of"
+                    f" effective_range = {r:g} a0 and {depth:g} a0 of core has a work or range wrong by over 0.1 %"
+                )
                 raise ArgumentError("core_stiffness", self.core_stiffness, allowed)
             return wall
 

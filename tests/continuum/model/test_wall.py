@@ -210,7 +210,7 @@ def test_an_attraction_on_a_core_refuses_what_has_no_meaning() -> None:
 @pytest.mark.parametrize(("reach", "stiffness"), [(0.4, 1e10), (1e6, 5.0), (1e20, 5.0), (0.4, 2.0**70)])
 def test_a_table_that_cannot_follow_its_law_is_refused(reach: float, stiffness: float) -> None:
     """Such a law had 450 times the work of adhesion, or a billionth of the range, that it was asked for."""
-    with pytest.raises(ArgumentError, match="a softer core"):
+    with pytest.raises(ArgumentError, match="a core nearer to"):
         attraction_on_core("spline", 1e-3, reach, stiffness)
 
 

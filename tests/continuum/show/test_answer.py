@@ -82,7 +82,8 @@ def test_the_answer_its_factor_and_what_would_change_it(
 ) -> None:
     said = statements(with_threshold(*bounds))
     assert said[0].startswith(first)
-    assert third is None or said[2].startswith(third)
+    # Before it may stand that the map says little of its surface.
+    assert third is None or any(one.startswith(third) for one in said[2:])
 
 
 @given(st.floats(0.2, 5.0), st.floats(0.3, 3.0))
@@ -101,7 +102,7 @@ def test_a_change_that_is_said_changes_the_answer(power: float, share: float) ->
 def test_a_range_that_no_point_of_the_curve_needs_is_left_out() -> None:
     assert _range_and_heights(known(2.0, 1.9, 2.1), 1.0, 0.5 * NANO)[0] is None
     alone = known(2.0, 1.9, 2.1, curve=())
-    assert _range_and_heights(alone, alone.work / 4, 0.5 * NANO) == (None, pytest.approx(0.5))
+    assert _range_and_heights(alone, alone.work / 4, 0.5 * NANO) == (None, None)  # nor heights without a known range
 
 
 @given(st.floats(1e-12, 1e12))
