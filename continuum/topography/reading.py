@@ -246,7 +246,9 @@ def _with_units(
         scale = number("position_unit", position_unit, above=0)
         if found.extent is None or found.size is not None or size is not None:
             why = "it has no positions" if found.extent is None else "its size is known without"
-            faults.append(f"`unit` has two units, the first that of positions, but {why}: give one, of the heights")
+            # Where the file says another unit, the fault below tells to leave `unit` out, which mends both.
+            if override or unit is None or found.unit is None or _agree(found.unit, unit):
+                faults.append(f"`unit` has two units, the first that of positions, but {why}: give one, of the heights")
         else:
             size = [scale * length for length in found.extent]
     for what, its, given in (("size", found.size, size), ("unit", found.unit, unit)):

@@ -119,6 +119,7 @@ BAD: dict[str, tuple[np.ndarray, str, list[str], str]] = {
     "uneven grid": (XYZ * [1, 1, 1] + np.outer(X > 3.5, [0.02, 0, 0]), "", ["--unit", "um,nm"], "not equidistant"),
     "no position": (np.where(X[5] == XYZ, np.nan, XYZ), "", ["--unit", "um,nm"], "a position is missing"),
     "x and y in two units": (XYZ, "x [um],y [nm],z [nm]", [], "x and y in two units"),
+    "units that the file has": (LINE, "x [um],z [nm]", ["--unit", "um,pm"], "itself says the unit"),
     "a word in a row": (HEIGHTS, "1,2,three", ["--size", "1um", "--unit", "nm"], "not a table of numbers"),
 }
 
