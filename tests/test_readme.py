@@ -42,6 +42,13 @@ reason = "of first order in the slope; the coefficient belongs to the surface"
 """Two paths, which two processes share, in a few seconds."""
 
 
+def test_its_ratios_are_the_medians_of_the_benchmarks() -> None:
+    rows = re.findall(
+        r"^\|.*\| 512² \|.*\| (\d+), \d+ to \d+ \|$", (ROOT / "docs/benchmarks.md").read_text(), re.MULTILINE
+    )
+    assert rows == re.findall(r"(\d+) times less", README)
+
+
 @pytest.mark.long
 def test_the_example_runs_as_printed_in_a_script(tmp_path: Path) -> None:
     """As a file without `if __name__ == "__main__"`, which the processes of a validation must not run again."""
