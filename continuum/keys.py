@@ -139,7 +139,7 @@ OneOrSeveral = _OneInPlace(lambda value: tuple(value) if isinstance(value, tuple
 InputFile = Annotated[Path, BeforeValidator(_existing)]
 """A file that must exist, relative to the input file; the identity contains its content."""
 SMALLEST, LARGEST = 1e-30, 1e30
-"""Of positive numbers in reduced units: powers that laws and spectra take of them are numbers, too."""
+"""Bounds of positive numbers in reduced units, whose powers in laws and spectra neither overflow nor vanish."""
 Positive = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
 Points = Annotated[int, Field(ge=1, le=LARGEST_N)]
 """Number of points or atoms along a side."""

@@ -121,9 +121,9 @@ def test_the_reference_has_the_column():
     import pytest
 
     pytest.importorskip("sphinx", reason="needs the extra `docs`")
-    from docs.conf import _columns
+    from docs.from_source import columns
 
-    assert "| `rms_gap` | a0 | root mean square of the gap |" in _columns()
+    assert "| `rms_gap` | a0 | root mean square of the gap |" in columns()
 """
 
 

@@ -56,7 +56,7 @@ class BoundVerdict:
     """One bound, the worst state that it applies to, and whether it holds."""
 
     case: str
-    """Of the input; empty for a check that has no case."""
+    """Name of the case in the input; empty for a check that has none."""
     step: str
     """Step of the ladder; ``crystal``, ``half-space`` or ``law`` for a check, ``equilibrium`` for the forces left."""
     quantity: str

@@ -154,7 +154,7 @@ class Imprint:
     displaced: int
     """Atoms further than half of a0 from where they were at rest."""
     depth: float
-    """Of the deepest surface atom below the surface at rest, in a0."""
+    """Depth of the deepest surface atom below the surface at rest, in a0."""
     recovered: float
     """Part of the work of the wall on its way down that it got back, by trapezoids over the way with fewer steps."""
 

@@ -26,9 +26,9 @@ from continuum.sweeps.measured import COLUMNS, MEASURED_TABLE, measured_columns,
 EXACT = 1e-12
 """Relative difference of numbers that are the same but for their last digits."""
 NEARLY = 1e-9
-"""That of numbers found by other sums or in another version: closed forms took the place of integrals to ten digits."""
+"""Tolerance of numbers found by other sums or in another version: closed forms replaced integrals to ten digits."""
 ITERATED = 1e-5
-"""That of the tangent stiffness, whose solve ends at a residual of 1e-6."""
+"""Tolerance of the tangent stiffness, whose solve ends at a residual of 1e-6."""
 _READ = frozenset({"schema", "schema_version", "finished", "config_resolved", "quantity"})
 """Attributes without which a file is not read at all, the input, whose hash is the identity, and names of columns."""
 

@@ -48,7 +48,7 @@ class PressedSeries:
 
     states: tuple[PressedState, ...] = field(repr=False)
     heights: Real = field(repr=False)
-    """Of the wall, shape ``grid.shape``."""
+    """Heights of the wall, shape ``grid.shape``."""
 
     def curve(self, wall: Wall) -> "AdhesionCurve":
         """The curve under a law, whose work of adhesion may be any: its shape should not depend on it."""

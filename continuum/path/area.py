@@ -136,7 +136,7 @@ class _Seek:
         self.problem, self.target, self.search, self.branch, self.work = problem, target, search, branch, work
         self.solver = solver or solver_of(problem, settings)
         self.settings, self.loose = settings, loose
-        """Of the state that is sought, and of trials."""
+        """Settings for the state that is sought, and for its trials."""
         self.hard, self.adhesive = problem.wall.bound == 0, problem.wall.work_of_adhesion > 0
         self.guesses = problem.grid.size < work.size
         """Whether this is a coarser grid, which is asked for where to begin only."""
@@ -169,7 +169,7 @@ class _Seek:
     # --- places: the area rises with them ---
 
     def place(self, state: PathState) -> float:
-        """Of a state: ln P under a hard wall, else its mean gap, negative."""
+        """Coordinate of the search: ln P of a state under a hard wall, else the negative of its mean gap."""
         return float(np.log(state.load)) if self.hard else -height(self.problem, state)
 
     def scale(self, area: float) -> float:
@@ -197,7 +197,7 @@ class _Seek:
 
     @property
     def known_slope(self) -> float:
-        """That which the search has seen last, or else the usual one."""
+        """Slope that the search has seen last, or else the usual one."""
         return self.slope if self.slope > 0 else self.usual_slope
 
     @cached_property

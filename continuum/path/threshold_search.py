@@ -147,7 +147,7 @@ class _Trials:
 
 
 def afresh(place: tuple[Any, ...], find: Callable[[], list[Any]]) -> list[Any]:
-    """Nothing is kept."""
+    """Keep nothing."""
     del place
     return find()
 
