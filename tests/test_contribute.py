@@ -123,7 +123,7 @@ def test_the_reference_has_the_column():
     pytest.importorskip("sphinx", reason="needs the extra `docs`")
     from docs.from_source import columns
 
-    assert "| `rms_gap` | a0 | root mean square of the gap |" in columns()
+    assert "| `rms_gap` | root mean square of the gap | a0 |" in columns()
 """
 
 
