@@ -182,8 +182,8 @@ def _on_grid(x: Real, y: Real) -> bool:
         (i, _), (j, _) = places_of(x, "x"), places_of(y, "y")
     except ValueError:
         return False
-    size = (int(i.max()) + 1) * (int(j.max()) + 1)
-    return min(i.max(), j.max()) > 0 and size <= 2 * x.size and np.unique(i * (int(j.max()) + 1) + j).size == x.size
+    rows, columns = int(i.max()) + 1, int(j.max()) + 1
+    return min(rows, columns) > 1 and rows * columns <= 2 * x.size and np.unique(i * columns + j).size == x.size
 
 
 def without_voids(heights: Real, voids: Sequence[float]) -> Real:
