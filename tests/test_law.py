@@ -10,20 +10,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pandas import DataFrame, Series, read_csv
+from pandas import DataFrame, read_csv
 
 from continuum.sticky.threshold import BEYOND, BEYOND_FEW, FEW_POINTS
 from continuum.theory.rough import threshold_share
 from docs.studies import (
     classes,
-    diamond_film,
     judgement,
     law,
     law_bandwidth,
     one_state_judged,
-    patches,
     periods,
-    short_range,
     threshold_of_atoms,
 )
 
@@ -119,20 +116,6 @@ def test_what_predictions_take_for_f_is_what_was_stated(ratio: float) -> None:
     assert threshold_share(ratio) == pytest.approx(float(fitted("spline")(ratio)), rel=2e-3)
 
 
-def test_the_limit_of_many_contacts_is_that_of_a_line_in_their_inverse() -> None:
-    rng = np.random.default_rng(3)
-    counts = Series(np.repeat([10.0, 40.0, 160.0], 6))
-    exact, width = patches.limit(counts, 2.0 + 3.0 / counts)
-    assert exact == pytest.approx(2.0, abs=1e-12)
-    assert width < 1e-12
-    # Of 200 noisy sets the interval of 95 % has the truth in 175 at least, which fails once in 10^5.
-    kept = 0
-    for _ in range(200):
-        found, half = patches.limit(counts, 2.0 + 3.0 / counts + rng.normal(size=18) / np.sqrt(counts))
-        kept += abs(found - 2.0) <= half
-    assert kept >= 175
-
-
 def test_a_period_is_judged_by_the_bounds_of_the_page() -> None:
     """The stored thresholds at 16, 4 and 2 λ_L keep them; such as scatter or lie off do not, few tell nothing."""
     text = "\n".join(periods.lines(read_csv(judgement.MEASURED / periods.FILE)))
@@ -146,33 +129,12 @@ def test_a_period_is_judged_by_the_bounds_of_the_page() -> None:
     assert periods.word(rows[:5], 1.1, near) == "not tested"
 
 
-def test_a_short_range_is_judged_by_the_bounds_of_the_page() -> None:
-    """The same level at both ranges is held, that of a plateau refuted, as is another; five surfaces tell nothing."""
-    mean = judgement.Mean
-    assert short_range.word(mean(0.97, 0.9, 1.05, 6), 0.72) == "held"
-    assert short_range.word(mean(1.1, 1.05, 1.2, 6), 0.72) == "held with a remark"
-    assert short_range.word(mean(0.98, 0.7, 1.3, 6), 0.72) == "held with a remark"
-    assert short_range.word(mean(0.72, 0.68, 0.76, 6), 0.72) == "refuted"
-    assert short_range.word(mean(0.97, 0.9, 1.05, 5), 0.72) == "not tested"
-
-
 def test_a_bandwidth_is_judged_by_the_bounds_of_the_page() -> None:
     mean = judgement.Mean
     assert law_bandwidth.word(mean(1.02, 0.95, 1.06, 6)) == "held"
     assert law_bandwidth.word(mean(1.06, 1.01, 1.11, 6)) == "not decided"
     assert law_bandwidth.word(mean(0.85, 0.8, 0.9, 6)) == "refuted"
     assert law_bandwidth.word(mean(1.02, 0.95, 1.06, 5)) == "not tested"
-
-
-def test_work_gained_on_approach_is_that_of_a_parabola_of_load() -> None:
-    """Load (g - 1)(g - 3) vanishes at g = 1 and 3: between them the tension gains 4/3, up to the trapezoids' error."""
-    gap = np.append(np.linspace(3.0, 1.0, 401), 0.9975)
-    states = [(g, (g - 1) * (g - 3), 0.1 * (3 - g)) for g in gap]
-    work, area = diamond_film.gained(states, unit=2.0)
-    assert work == pytest.approx(2 * 4 / 3, rel=1e-4)
-    assert area == pytest.approx(0.2, rel=1e-3)
-    with pytest.raises(ValueError, match="does not vanish"):
-        diamond_film.gained(states[:300], unit=2.0)
 
 
 def test_no_verdict_on_a_class_is_wrong() -> None:

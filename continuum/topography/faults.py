@@ -5,7 +5,7 @@ Each artefact is one function, which looks for the fault, describes it, and name
 they are looked for, each after those before it have been corrected, so that one cause is reported once.  Each changes
 moments, and with them verdicts, by more than theories differ.  Equal heights are looked for on the map as it was read.
 The limits are such that on clean self-affine maps of 256² points hardly any fault is found; a test counts them, and
-docs/studies/maps.md has the numbers.
+docs/studies/index.md has the numbers.
 
 Some faults exclude any verdict, as an impossible size.  Heights unlike those of a Gaussian surface are told: theories
 are not for them.  On such a surface nothing is called an outlier, and no remedy would remove its features.

@@ -110,7 +110,7 @@ def isotropic_surface(
 ) -> Topography:
     """A periodic random surface whose profiles have the spectrum of those that were scanned.
 
-    Slope and curvature are right to 3 % for thirty lines and to about 10 % for one (docs/studies/maps.md).
+    Slope and curvature are right to 3 % for thirty lines and to about 10 % for one (docs/studies/index.md).
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 
 Each wall is pressed on the atoms, on their own linear response (the lattice Green's function) and set beside the
 formula for an isotropic half-space, at the load of the atoms.  ``python -m docs.studies.contacts_of_atoms`` prints
-the table of docs/studies/contacts_of_atoms.md.
+quoted in docs/trust.md.
 """
 
 from __future__ import annotations

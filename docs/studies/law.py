@@ -1,6 +1,6 @@
 """The law of stickiness as the record has it: w_c = U F(range/h_rms), one F for each shape of the attraction.
 
-    python -m docs.studies.law        prints the tables of docs/studies/law.md
+    python -m docs.studies.law        prints the thresholds, D and m
 
 U is the elastic energy of full contact per area, F(Δ) = ½/(1 + (Δ/D)^m).  Fitted by least squares of ln w to the
 thresholds of ``docs/studies/record/record.csv`` with λ_L/λ_s of 16 or more, with a factor for each surface whose mean
@@ -119,7 +119,7 @@ def values() -> str:
 
 
 def tables() -> str:
-    """The tables of docs/studies/law.md."""
+    """The thresholds, D and m, and how they were fitted."""
     laws = {shape: (thresholds(shape), fit(thresholds(shape))) for shape in ("spline", "exponential")}
     head = [
         "| shape | thresholds | D | m | scatter | exponent of U | bias at each H | factors of the surfaces |",

@@ -7,6 +7,7 @@ sentence.  :data:`MADE` says from which study each comes; a test makes all of th
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -26,25 +27,18 @@ from docs.studies import (
     exponents,
     figure2,
     figure4,
-    finite_size,
     first_yield,
-    friction_of_walls,
     judgement,
-    kappa_of_one_state,
     law,
     law_bandwidth,
     one_state_judged,
-    patches,
     periods,
     pull_off_judged,
-    rivals,
-    short_range,
     spots,
-    stiffness,
     threshold_of_atoms,
 )
 from docs.studies.judgement import MEASURED, Mean
-from docs.studies.tables import KEPT, shown
+from docs.studies.tables import KEPT, QUOTED, shown
 
 DOCS = Path(__file__).parents[1]
 _MARKED = re.compile(r"<!--made:([\w.-]+)-->(.*?)<!--end-->", re.DOTALL)
@@ -223,16 +217,9 @@ def _evaluations(column: str) -> str:
 
 _EXAMPLES = "../measured/examples"
 _SAID = {
-    "paper.tails": ("tails", r"9-3 ([\d.]+, [\d.]+ and [\d.]+)\. From"),
     "paper.range-9-3": (_EXAMPLES, r"9-3 law \| Δr/a0 \| \S+ \| ([\d.]+)"),
     "paper.range-12-6": (_EXAMPLES, r"12-6 law \| Δr/a0 \| \S+ \| ([\d.]+)"),
     "paper.range-spline": (_EXAMPLES, r"effective over actual range \| within 6 % \| ([\d.]+)"),
-    "maps.corrected": ("maps", r"the answer of the clean map within a factor of ([\d.]+)"),
-    "maps.hurst": ("maps", r"the fitted H was right within ([\d.]+\d)"),
-    "maps.lines": ("maps", r"were right within (\d+ %) from 30 lines"),
-    "maps.line": ("maps", r"from 30 lines, and to about (\d+ %) from one"),
-    "maps.continued": ("maps", r"the continued slope was right within (\d+ %)"),
-    "geometry.wide": ("geometry", r"exceeds 10 a0 the ratio is 1 within (\d+ %)"),
     "paths.steps": ("paths", r"With steps of a fifth (\w+ of \d+ states are off by [\d and]+ %)"),
     "paths.yield": ("paths", r"plastic system finds the same points in contact and tractions within (\S+) E\*"),
     "paths.load": ("paths", r"carry a mean load of (\S+) E\*"),
@@ -247,6 +234,12 @@ _SAID = {
     "substrates.digits": ("verification", r"K_q is right to (1e-\d+)"),
 }
 """Numbers that the text of a study states, each by its page and the words before or after it."""
+
+
+def _left() -> dict[str, str]:
+    """Numbers of studies that have left the tree, by the names that pages have for them."""
+    rooms = tomllib.loads((MEASURED / "numbers.toml").read_text(encoding="utf-8"))
+    return {f"{room}.{name}": row["value"] for room, rows in rooms.items() for name, row in rows.items()}
 
 
 def _said(page: str, words: str) -> str:
@@ -337,20 +330,13 @@ _CLAIMS = {
 """Claims of the paper, each with the number that the table of the manual quotes."""
 
 MADE: dict[str, Callable[[], str]] = {
-    **{f"table.{name}": lambda file=file: shown(file) for name, file in KEPT.items()},
+    **{f"table.{name}": lambda file=file: shown(file) for name, file in KEPT.items() if name not in QUOTED},
     "ensemble.limits": ensemble.limits,
-    "law": law.tables,
     "judgement": lambda: judgement.tables(_judged()),
-    "short_range": lambda: "\n".join(short_range.lines(_stored(short_range.FILE))),
-    "periods": lambda: "\n".join(periods.lines(_periods())),
     "law_bandwidth": lambda: "\n".join(law_bandwidth.judged(_bandwidths())),
     "pull_off": lambda: pull_off_judged.tables(_stored(pull_off_judged.FILE)),
     "threshold_of_atoms": lambda: threshold_of_atoms.table(_stored("threshold-atoms.csv")),
-    "friction_of_walls": lambda: friction_of_walls.table(_stored(friction_of_walls.FILE)),
-    "friction_of_walls.verdicts": lambda: friction_of_walls.verdicts(_stored(friction_of_walls.FILE)),
     "one_state": lambda: "\n".join(one_state_judged.tables(one_state_judged.read())),
-    "kappa_of_one_state": lambda: "\n".join(kappa_of_one_state.taken(_stored("one-state-kappa.csv"))),
-    "kappa_of_one_state.drifts": lambda: "\n".join(kappa_of_one_state.drifts()),
     "adhesion_curve": lambda: adhesion_curve_judged.verdicts(adhesion_curve_judged.read()).markdown(),
     "adhesion_curve.kinds": lambda: adhesion_curve_judged.by_kind(adhesion_curve_judged.read()).markdown(),
     "adhesion_curve.worst": lambda: adhesion_curve_judged.whole(adhesion_curve_judged.read()),
@@ -359,14 +345,9 @@ MADE: dict[str, Callable[[], str]] = {
     "spots.verdicts": lambda: spots.verdicts(_stored("spots.csv")),
     "classes": lambda: classes.verdicts(classes.read()).markdown().partition("\n")[2].strip(),
     "bandwidth": lambda: bandwidth.found(bandwidth.stored()),
-    "patches": lambda: "\n".join(patches.lines(patches.stored())),
     "figure2": lambda: "\n".join(figure2.lines()),
     "figure2.returns": lambda: "\n".join(figure2.returns()),
     "figure2.judged": lambda: "\n".join(figure2.judged()),
-    "stiffness": lambda: "\n".join(stiffness.lines()),
-    "finite_size": lambda: "\n".join(finite_size.lines()),
-    "finite_size.judged": lambda: "\n".join(finite_size.judged()),
-    "rivals": lambda: "\n".join(rivals.lines(_stored(rivals.FILE))),
     **{
         f"first_yield.{run}-steps": lambda run=run: first_yield.table(_stored(first_yield.STEPS), run)
         for run in ("yield", "deeper")
@@ -446,6 +427,7 @@ MADE: dict[str, Callable[[], str]] = {
         r": ([\d.]+ ± [\d.]+)",
     ),
     **{name: lambda asked=asked: _said(*asked) for name, asked in _SAID.items()},
+    **{name: lambda value=value: value for name, value in _left().items()},
     "atoms.slabs": lambda: str(len(_optimizers())),
     "atoms.response": lambda: _evaluations("response, of a small slab (of the whole)"),
     **{

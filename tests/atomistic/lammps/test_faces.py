@@ -227,7 +227,7 @@ def test_a_sphere_on_a_111_face_is_that_of_hertz_with_the_modulus_of_the_face(tm
     at = found.slab.positions[: found.slab.surface_atoms, :2] - period / 2
     expected: Real = Hertz(radius, found.force).pressure(np.hypot(*at.T))
     scale = float(np.sum(found.traction * expected) / np.sum(expected**2))
-    # On some 20 atoms in contact: fcc(100) differs by 1.4 % of the peak (docs/studies/contacts_of_atoms.md), less on
+    # On some 20 atoms in contact: fcc(100) differs by 1.4 % of the peak (docs/trust.md), less on
     # more of them.
     # The modulus of (100) instead of that of (111), 1.09 of it, would give pressures 6 % off.
     assert scale == pytest.approx(1, abs=0.02)

@@ -71,7 +71,7 @@ def test_a_line_scan_joins_a_map() -> None:
     line = isotropic_surface(heights[::32] * NM, 1024 * NM, periodic=True)
     found = joined([fine, line])
     true = moments(GRID, heights * NM)
-    # 32 lines: 3 % in slope (docs/studies/maps.md), and bands twice as wide.
+    # 32 lines: 3 % in slope (docs/studies/index.md), and bands twice as wide.
     assert moments(found.grid, found.heights).rms_slope == pytest.approx(true.rms_slope / NM, rel=0.12)
 
 

@@ -97,7 +97,7 @@ def test_a_worn_surface_is_judged_by_what_touches_as_the_solver_finds() -> None:
 
 
 def test_clean_surfaces_are_hardly_ever_called_anything_else() -> None:
-    """Limits are three standard errors and 1.5; 14 were called so of 2400 (docs/studies/maps.md)."""
+    """Limits are three standard errors and 1.5; 14 were called so of 2400 (docs/studies/index.md)."""
     found, rng = 0, np.random.default_rng(5)
     for seed in range(120):
         lambda_s = float(rng.uniform(2.5, 8))
