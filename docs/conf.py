@@ -40,7 +40,7 @@ sphinx_gallery_conf = {
     "reset_modules": (_style,),
 }
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-exclude_patterns = ["_build", "gallery", "reference/gallery/*.ipynb", "reference/gallery/*.py"]
+exclude_patterns = ["_build", "gallery", "joss", "reference/gallery/*.ipynb", "reference/gallery/*.py"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
 autodoc_member_order = "bysource"

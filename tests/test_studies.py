@@ -63,7 +63,7 @@ def words(page: str) -> int:
 
 
 def test_the_manual_can_be_read() -> None:
-    manual = {page for page in TEXTS if not page.startswith(("studies/", "measured/"))}
+    manual = {page for page in TEXTS if not page.startswith(("studies/", "measured/", "joss/"))}
     assert manual == {f"{name}.md" for name in LONGEST}
     assert sum(map(words, manual)) <= MANUAL
 
@@ -74,3 +74,15 @@ def test_the_manual_is_no_logbook() -> None:
         assert not re.search(r"\b20\d\d-\d\d-\d\d\b|\b\d+ November\b", TEXTS[f"{name}.md"]), (
             "dates stand in the studies"
         )
+
+
+def test_the_paper_for_a_journal_can_be_submitted() -> None:
+    """At most 1500 words, the sections that the journal asks for, and each reference cited and listed."""
+    text, listed = TEXTS["joss/paper.md"], (pages.DOCS / "joss" / "paper.bib").read_text(encoding="utf-8")
+    assert words("joss/paper.md") <= 1500
+    sections = ["Summary", "Statement of need", "State of the field", "Software design", "Research impact statement",
+                "AI usage disclosure", "Acknowledgements", "References"]  # fmt: skip
+    assert re.findall(r"^# (.*)$", text, re.MULTILINE) == sections
+    assert set(re.findall(r"@(\w+)", text.partition("# Summary")[2])) == set(
+        re.findall(r"^@\w+\{(\w+),", listed, re.MULTILINE)
+    )

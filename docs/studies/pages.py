@@ -200,6 +200,13 @@ def _warm() -> str:
     return f"{found.min():.1f} to {found.max():.1f} %"
 
 
+def _peer(grid: str, code: str) -> str:
+    """Median of the CPU time of another code over ours, of states on a grid, from the table of the manual."""
+    text = (DOCS / "benchmarks.md").read_text(encoding="utf-8")
+    (row,) = re.findall(rf"^\|[^|]*\| {grid} \| {code} \|[^|]*\| ([\d.]+),", text, re.MULTILINE)
+    return str(row)
+
+
 @cache
 def _optimizers() -> list[dict[str, str]]:
     """The slabs on which all optimizers of ASE were counted in double precision, by column of the benchmarks' table."""
@@ -428,6 +435,7 @@ MADE: dict[str, Callable[[], str]] = {
     ),
     **{name: lambda asked=asked: _said(*asked) for name, asked in _SAID.items()},
     **{name: lambda value=value: value for name, value in _left().items()},
+    **{f"peers.adhesion-{n}": lambda n=n: _peer(f"{n}²", "Adhesion") for n in (512, 1024)},
     "atoms.slabs": lambda: str(len(_optimizers())),
     "atoms.response": lambda: _evaluations("response, of a small slab (of the whole)"),
     **{
