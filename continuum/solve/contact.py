@@ -19,8 +19,7 @@ import numpy as np
 
 from continuum.solve.conjugate import Line
 from continuum.solve.grids import SmoothGrid, StiffContact
-from continuum.solve.line_search import LARGEST_RISE, Step, take_step
-from continuum.solve.solution import Goal, Iteration, Status
+from continuum.solve.line_search import Step
 
 STIFF = 0.1
 """Points belong to the contact where the wall is stiffer than this part of K of the stiffest wave."""
@@ -41,45 +40,31 @@ def pays(contact: StiffContact) -> bool:
     return 0 < share <= LARGEST and stiffness >= STIFFEST
 
 
-def descend(
-    grid: SmoothGrid, goal: Goal, iterations: int, history: list[Iteration], *, complete: bool
-) -> Status | None:
-    """Minimise by steps of the contact from z and g, which is complete or lacks the traction of the wall.
+class ContactSteps:
+    """Steps of the contact: what :func:`continuum.solve.smooth._descend` asks in each iteration, while they pay."""
 
-    Returns None, with g complete, where such steps pay no more.
-    """
-    assert grid.contact is not None
-    line, step, energy = Line(), Step(), 0.0
-    for iteration in range(iterations + 1):
-        residual = grid.contact.gradient(step.length, complete=complete and iteration == 0)
-        history.append(Iteration(residual, energy, step.length))
-        if not np.isfinite(residual):
-            grid.clear()
-            return Status.NON_FINITE
-        if goal.reached(residual, grid.look):
-            return Status.CONVERGED
-        if iteration == iterations:
-            return Status.ITERATION_LIMIT
-        if _slow(history[-1 - iteration :]) or not pays(grid.contact):
+    def __init__(self, grid: SmoothGrid) -> None:
+        assert grid.contact is not None
+        self.contact, self.residuals = grid.contact, list[float]()
+
+    def gradient(self, line: Line, step: Step, *, complete: bool) -> float:
+        """Finish the last step: g, which is ``complete`` or lacks the traction of the wall; its root mean square."""
+        del line
+        self.residuals.append(self.contact.gradient(step.length, complete=complete))
+        return self.residuals[-1]
+
+    def direction(self, line: Line, step: Step) -> tuple[Line, float] | None:
+        """The next direction, and <φ'' d d>; None where such steps pay no more."""
+        if _slow(self.residuals) or not pays(self.contact):
             return None
-        line = _direction(grid.contact, line, step.slope)
-        if (
-            not -np.inf < line.slope < 0
-        ):  # far from equilibrium, where the wall is stiffer than single precision resolves
-            return None
-        step = take_step(grid, line, grid.contact.new_direction(line.beta), newton=step.newton)
-        if not np.isfinite(step.length):
-            return Status.LINE_SEARCH
-        if step.rise > LARGEST_RISE * step.size_of_energy:
-            history.append(Iteration(residual, energy + step.rise, step.length))
-            return Status.ENERGY_ROSE
-        energy += step.rise
-    return None
+        line = _direction(self.contact, line, step.slope)
+        # Far from equilibrium the wall is stiffer than single precision resolves: it does not descend.
+        return (line, self.contact.new_direction(line.beta)) if -np.inf < line.slope < 0 else None
 
 
-def _slow(history: list[Iteration]) -> bool:
+def _slow(residuals: list[float]) -> bool:
     """Whether the residual has hardly fallen over the last few iterations."""
-    return len(history) > PATIENCE and not history[-1].residual < SLOW * history[-1 - PATIENCE].residual
+    return len(residuals) > PATIENCE and not residuals[-1] < SLOW * residuals[-1 - PATIENCE]
 
 
 def _direction(contact: StiffContact, last: Line, after: float) -> Line:

@@ -36,6 +36,7 @@ from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.solve import contact
 from continuum.solve.conjugate import Line, coarse_step, conjugate_line
+from continuum.solve.contact import ContactSteps
 from continuum.solve.grids import SmoothGrid
 from continuum.solve.line_search import LARGEST_RISE, Step, take_step
 from continuum.solve.solution import Closer, Goal, Iteration, Settings, Solution, Status
@@ -189,29 +190,23 @@ def _descend(
 
     Without ``boxes`` it is only a start that is looked for, and may stall.
     """
-    coarse, energy = grid.linear is not None and levels > 1, 0.0
-    if iterations and grid.contact is not None and contact.pays(grid.contact):
-        began = len(history)
-        status = contact.descend(grid, goal, iterations, history, complete=complete)
-        if status is not None:
-            return status
-        energy, complete = history.pop().energy, True
-        iterations -= len(history) - began
-    line, step = Line(), Step()
-    moved, since, carried = len(history), len(history), 0
-    for iteration in range(iterations + 1):
-        known = complete and iteration == 0
-        sums = grid.gradient(shift, step.length, line.beta, coarse=coarse, complete=known)
-        residual = float(np.sqrt(sums[0]))
+    own = bool(iterations) and grid.contact is not None and contact.pays(grid.contact)
+    steps = ContactSteps(grid) if own else _LongSteps(grid, levels, shift)
+    line, step, energy = Line(), Step(), 0.0
+    first = moved = since = len(history)
+    carried = 0
+    while True:
+        residual = steps.gradient(line, step, complete=complete)
+        complete = False
         history.append(Iteration(residual, energy, step.length))
         if not np.isfinite(residual):
             grid.clear()
             return Status.NON_FINITE
         if goal.reached(residual, grid.look):
             return Status.CONVERGED
-        if iteration == iterations:
+        if len(history) > first + iterations:
             return Status.ITERATION_LIMIT
-        if boxes and grid.boxes is not None and _stalls(history, len(history) - 1 - moved):
+        if boxes and not own and grid.boxes is not None and _stalls(history, len(history) - 1 - moved):
             moved = len(history) - 1
             if goal.hopeless(grid.look):
                 return Status.STOPPED
@@ -222,15 +217,38 @@ def _descend(
             energy += change
             line, step = Line(), Step()
             continue
-        conjugate = True
-        if coarse:
-            sums, conjugate = coarse_step(grid, levels, shift, sums)
-        line = conjugate_line(sums, line, step.slope, conjugate)
-        step = take_step(grid, line, grid.new_direction(line.beta, coarse=coarse), newton=step.newton)
+        found = steps.direction(line, step)
+        if found is None:  # those of the contact pay no more
+            own, steps = False, _LongSteps(grid, levels, shift)
+            line, step, complete = Line(), Step(), True
+            history.pop()
+            moved = since = len(history)
+            continue
+        line, stiffness = found
+        step = take_step(grid, line, stiffness, newton=step.newton)
         if not np.isfinite(step.length):
             return Status.LINE_SEARCH
         if step.rise > LARGEST_RISE * step.size_of_energy:
             history.append(Iteration(residual, energy + step.rise, step.length))
             return Status.ENERGY_ROSE
         energy += step.rise
-    return Status.ITERATION_LIMIT
+
+
+class _LongSteps:
+    """Steps of the whole grid, whose long waves a coarser one finds; in the same words as those of the contact."""
+
+    def __init__(self, grid: SmoothGrid, levels: int, shift: float) -> None:
+        self.grid, self.levels, self.shift = grid, levels, shift
+        self.coarse = grid.linear is not None and levels > 1
+
+    def gradient(self, line: Line, step: Step, *, complete: bool) -> float:
+        given = self.shift, step.length, line.beta
+        self.sums = self.grid.gradient(*given, coarse=self.coarse, complete=complete)
+        return float(np.sqrt(self.sums[0]))
+
+    def direction(self, line: Line, step: Step) -> tuple[Line, float]:
+        sums, conjugate = self.sums, True
+        if self.coarse:
+            sums, conjugate = coarse_step(self.grid, self.levels, self.shift, sums)
+        line = conjugate_line(sums, line, step.slope, conjugate)
+        return line, self.grid.new_direction(line.beta, coarse=self.coarse)

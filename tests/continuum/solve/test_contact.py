@@ -18,7 +18,7 @@ from continuum.solve.arrays.contact import ArrayContact as NumPyContact
 from continuum.solve.backend import back_end
 from continuum.solve.conjugate import Line
 from continuum.solve.grids import SmoothGrid
-from continuum.solve.solution import Iteration, Settings, Status
+from continuum.solve.solution import Settings, Status
 
 CORE = attraction_on_core("exponential", 0.0004, 0.8, 5.0)
 """Stiffer than the stiffest wave of a grid of spacing a0, 2.2 E*/a0."""
@@ -111,7 +111,7 @@ def test_a_soft_wall_and_a_mean_that_is_free_are_left_to_coarser_grids(monkeypat
     def never(*given: object, **named: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(contact, "descend", never)
+    monkeypatch.setattr(contact, "_direction", never)
     assert pressed(160, LennardJonesSpline(adhesion_length=0.0005), gap=1.2).status is Status.CONVERGED
     free = ContactProblem(problem(160, CORE).grid, CORE, problem(160, CORE).heights, HalfSpace("free"))
     assert solve(free, "mean-pressure", 1e-3, Settings(1e-6)).status is Status.CONVERGED
@@ -132,8 +132,8 @@ def test_it_is_made_for_little_contact_with_a_stiff_wall(share: float, stiffness
 
 
 def test_steps_that_stall_end() -> None:
-    fast, slow = ([Iteration(part**i, 0.0, 1.0) for i in range(contact.PATIENCE + 1)] for part in (0.8, 0.95))
+    fast, slow = ([part**i for i in range(contact.PATIENCE + 1)] for part in (0.8, 0.95))
     assert not contact._slow(fast)
     assert not contact._slow(slow[1:])
     assert contact._slow(slow)
-    assert contact._slow([*slow[1:], Iteration(np.nan, 0.0, 1.0)])
+    assert contact._slow([*slow[1:], np.nan])
