@@ -179,7 +179,7 @@ def test_what_the_page_adds_works(ran: str, name: str) -> None:
     assert {f"tests/{file}.py" for file in files.split()} <= passed
 
 
-IN_A_SCRIPT = ("wall law", "function", "criterion", "artefact", "deck protocol", "output format")
+IN_A_SCRIPT = ("wall law", "function", "criterion", "artefact", "deck protocol")
 
 
 @pytest.mark.long

@@ -192,7 +192,7 @@ class Areas:
     """``repulsive`` less 0.118 cells per edge of its outline, for points that sample a continuum under a hard wall.
 
     There a cell at the edge counts as a whole as soon as its point carries pressure.  For Hertz contacts this is
-    right within 1 % from a radius of two cells on (docs/geometry.md).
+    right within 1 % from a radius of two cells on (docs/model.md).
     """
     contour: float
     """Area inside the line gap = zero_gap, by linear interpolation between points.

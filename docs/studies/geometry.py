@@ -1,4 +1,4 @@
-"""Perimeter, chord and area of shapes that are known: discs and Hertz contacts, quoted in docs/geometry.md.
+"""Perimeter, chord and area of shapes that are known: discs and Hertz contacts, quoted in docs/model.md.
 
 ``python -m docs.studies.geometry``: a minute on one core.  Rough contacts are sweeps: inputs/sweep/figure-s2.toml,
 figure3.toml, gap-profile.toml and pull-off.toml.
