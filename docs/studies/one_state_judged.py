@@ -136,6 +136,20 @@ def line(name: str, rows: DataFrame, groups: Sequence[DataFrame]) -> str:
     )
 
 
+def shown(rows: DataFrame) -> Iterator[str]:
+    """The table of the page: each class of surfaces in the range of the statement, and all that lies outside of it."""
+    found = rows[rows.how == "threshold"]
+    yield "| class | thresholds, surfaces | within 0.97 w_low to 1.03 w_high | threshold over estimate, scatter |"
+    yield "|---|---|---|---|"
+    inside, outside = found[found.within], found[~found.within]
+    for name, part in [*sorted(inside.groupby("of"), key=lambda pair: -len(pair[1])), ("all", inside)]:
+        groups = [group for _, group in by_one(part)] if name == "self-affine" else []
+        yield " | ".join(line(name, part, [part, *groups]).split(" | ")[:4]) + " |"
+    roots = outside.dropna(subset="ratio")
+    yield (f"| outside of the range | {len(outside)}, {outside.seed.nunique()} | {outside.wide.sum()} in the interval "
+           f"of `predict` | {mean(roots)}, {scatter(roots.ratio):.3f} |")  # fmt: skip
+
+
 def tables(rows: DataFrame) -> Iterator[str]:
     """Classes, groups of self-affine surfaces, what lies beyond the range, and what was not run."""
     found = rows[rows.how == "threshold"]

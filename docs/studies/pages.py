@@ -343,7 +343,7 @@ MADE: dict[str, Callable[[], str]] = {
     "law_bandwidth": lambda: "\n".join(law_bandwidth.judged(_bandwidths())),
     "pull_off": lambda: pull_off_judged.tables(_stored(pull_off_judged.FILE)),
     "threshold_of_atoms": lambda: threshold_of_atoms.table(_stored("threshold-atoms.csv")),
-    "one_state": lambda: "\n".join(one_state_judged.tables(one_state_judged.read())),
+    "one_state": lambda: "\n".join(one_state_judged.shown(one_state_judged.read())),
     "adhesion_curve": lambda: adhesion_curve_judged.verdicts(adhesion_curve_judged.read()).markdown(),
     "adhesion_curve.kinds": lambda: adhesion_curve_judged.by_kind(adhesion_curve_judged.read()).markdown(),
     "adhesion_curve.worst": lambda: adhesion_curve_judged.whole(adhesion_curve_judged.read()),
