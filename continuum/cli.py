@@ -49,7 +49,7 @@ app = program(
     "Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
     "a0 = 1 (atomic spacing), E* = 1 (contact modulus)",
     COMMANDS,
-    {"predict": "map_commands", "view": "map_commands"},
+    {"predict": "map_commands", "view": "app.commands", "plot": "paper.commands", "examples": "paper.commands"},
 )
 sweep = App(name="sweep", help="run many systems from one input, on a laptop or a cluster")
 app.command(sweep)
@@ -63,7 +63,8 @@ OF_SWEEPS = {
 }
 # Imported when they are called: `continuum --help` needs none of them.
 for name, text in OF_SWEEPS.items():
-    sweep.command(f"continuum.sweep_commands:sweep_{name}", name=name, help=text)
+    module = "paper.commands" if name == "publish" else "sweep_commands"
+    sweep.command(f"continuum.{module}:sweep_{name}", name=name, help=text)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

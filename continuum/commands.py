@@ -1,6 +1,6 @@
 """The commands of ``continuum``: each calls the function of its name, shows what it returns, and says how it went.
 
-Those of maps are in :mod:`continuum.map_commands`: a run does not import what they need.
+Those of maps are in :mod:`continuum.map_commands`, the others beside what they call: a run does not import that.
 """
 
 import time
@@ -19,7 +19,6 @@ from continuum.front import certify as certificates
 from continuum.front import commands as front
 from continuum.front import doctor as examination
 from continuum.options import FIGURES, like
-from continuum.paper.examples import examples as paper_examples
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.runs.result import Result
@@ -75,17 +74,6 @@ def certify(path: Path, **given: Any) -> int:
     return report(*found.sheets(), warnings=found.faults, ok=found.ok)
 
 
-@like(front.plot, draws=FIGURES)
-def plot(
-    result: Annotated[str, Parameter(help="file written by `continuum run`, or the name of a figure")],
-    *folders: Annotated[Path, Parameter(help="folder of a sweep, for a figure; several for `page` and `dispute`")],
-    output: Annotated[Path | None, Parameter(help="folder of the figures (default: that of the result)")] = None,
-) -> int:
-    from continuum.paper.page import plot_figure
-
-    return report(lines=plot_figure(result, *folders, into=output) if folders else front.plot(result, output))
-
-
 @like(front.analyse, draws=FIGURES)
 def analyse(
     result: Annotated[Path, Parameter(help="file written by `continuum run`")],
@@ -97,11 +85,6 @@ def analyse(
         report(*found.sheets(), lines=[f"note: {note}" for note in found.notes])
         report(lines=front.plot(found, output))
     return OK
-
-
-@like(paper_examples)
-def examples() -> int:
-    return report(lines=[paper_examples().rstrip("\n")])
 
 
 @like(examination.doctor)

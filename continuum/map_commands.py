@@ -1,4 +1,4 @@
-"""The commands of ``continuum`` on measured maps, and the page: what they import is more than a run needs."""
+"""The command ``continuum predict``: what they import is more than a run needs."""
 
 import os
 import time
@@ -8,8 +8,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from continuum.app import view as viewing
-from continuum.errors import OK, InputError
+from continuum.errors import InputError
 from continuum.files import output as files
 from continuum.front import predict as predictions
 from continuum.front import study as studies
@@ -26,14 +25,6 @@ from continuum.topography.instruments import measurements
 from continuum.topography.map import TopographyError
 
 _EXPLAINED = {**explained(TopographyTable), **explained(InterfaceTable)}
-
-
-@like(viewing.view)
-def view(*file: Path, **given: Any) -> int:
-    if len(file) > 1:
-        raise InputError(f"{file[1]}: only one file can be opened at a time")
-    viewing.view(*file, **given)
-    return OK
 
 
 @like(

@@ -10,7 +10,6 @@ from cyclopts import Parameter
 from continuum.errors import OK, InputError
 from continuum.front import sweeps
 from continuum.options import like
-from continuum.paper import publication
 from continuum.show.console import EstimatedProgress, clear, report, until_ctrl_c, warn
 from continuum.sweeps import collect as collecting
 from continuum.sweeps import status
@@ -74,13 +73,6 @@ def sweep_collect(**given: Any) -> int:
         found = sweeps.sweep_collect(**given)
     faults = [*found.faults, *found.lacking]
     return report(*found.sheets(), warnings=faults, lines=found.files, ok=not faults)
-
-
-@like(publication.sweep_publish, help={"creators": "author of the data, as 'Family, Given'; may be repeated"})
-def sweep_publish(**given: Any) -> int:
-    found = publication.sweep_publish(**given)
-    table = found.table
-    return report(*table.sheets(), warnings=found.warnings, lines=found.files, ok=not (table.faults or table.lacking))
 
 
 @like(collecting.sweep_verify)

@@ -35,6 +35,8 @@ COMMANDS = {
     "continuum/commands.py",
     "continuum/map_commands.py",
     "continuum/sweep_commands.py",
+    "continuum/app/commands.py",
+    "continuum/paper/commands.py",
     "atomistic/commands.py",
 }
 

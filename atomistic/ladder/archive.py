@@ -18,9 +18,9 @@ from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, ValidatedSt
 from atomistic.ladder.rungs import RUNGS, Rung, RungName, kinds_of
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
+from continuum.files.identity import differences, identity, resolved
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Dataset, columns
-from continuum.files.tables import differences, identity, resolved
 from continuum.model.walls import LennardJonesSpline
 
 _OF_DIFFERENCE: Mapping[str, tuple[str, str]] = {

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from continuum.arguments import ArgumentError, file_name, flag, function, number, several
+from continuum.files.identity import identity
 from continuum.files.inputs import InputFile, load, settings_of, source_of
-from continuum.files.tables import identity
 from continuum.front.contact import LoadingPath, State
 from continuum.front.sweeps import check_sweep
 from continuum.runs.build import RunSetup, build

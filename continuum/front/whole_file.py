@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from continuum.files import store
 from continuum.files.hdf5 import understood
+from continuum.files.identity import identity
 from continuum.files.store import Attribute
-from continuum.files.tables import identity
 from continuum.measure.certificate import SINGLE, Check, Examination, moments_of, same_text
 from continuum.runs.build import RunSetup
 from continuum.runs.record import Record

@@ -15,7 +15,7 @@ import numpy as np
 
 from continuum.files import store
 from continuum.files.hdf5 import StoreError, understood
-from continuum.files.tables import former_settings, identity, restored, with_values
+from continuum.files.identity import former_settings, identity, restored, with_values
 from continuum.measure.contact import Equilibrium, shared
 from continuum.path.state import PathState
 from continuum.runs.config import RunConfig

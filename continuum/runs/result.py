@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from continuum.arguments import count
 from continuum.files import store
 from continuum.files.hdf5 import StoreError, understood
+from continuum.files.identity import restored
 from continuum.files.store import Attribute
-from continuum.files.tables import restored
 from continuum.measure.contact import ATTRACTED, REPULSIVE, Measurement, measure
 from continuum.measure.curve import Adhesion, Curve, adhesion, normal_stiffness
 from continuum.measure.outline import Areas, Mask, areas, patches

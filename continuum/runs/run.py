@@ -16,10 +16,10 @@ import numpy as np
 from continuum.errors import OutputError
 from continuum.files import store
 from continuum.files.hdf5 import StoreError, understood
+from continuum.files.identity import differences, identity, resolved
 from continuum.files.output import distinct, reserved
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Attribute, Dataset
-from continuum.files.tables import differences, identity, resolved
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of

@@ -15,8 +15,9 @@ from typing import Any, Self
 
 from pydantic import Field
 
+from continuum.files.identity import identity
 from continuum.files.inputs import InputFile, parsed, source_of
-from continuum.files.tables import Document, identity
+from continuum.files.tables import Document
 from continuum.files.toml import ConfigError, Source, document, text_of
 from continuum.runs.config import MOST, RunConfig, expand_range
 from continuum.sweeps.bisection import Bisection, bisection_faults, is_bisection

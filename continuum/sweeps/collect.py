@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from continuum.arguments import choice, file_name, flag
 from continuum.files import output, store
 from continuum.files.hdf5 import StoreError, UnreadError
-from continuum.files.tables import identity, restored
+from continuum.files.identity import identity, restored
 from continuum.files.toml import ConfigError
 from continuum.keys import frozen
 from continuum.model.fourier import Real

@@ -9,7 +9,7 @@ from typing import Any
 from continuum.errors import OutputError, StickinessError
 from continuum.files import output
 from continuum.files.hdf5 import StoreError
-from continuum.files.tables import identity
+from continuum.files.identity import identity
 from continuum.files.toml import text_of
 from continuum.path.crossing import Bracket
 from continuum.path.state import JumpSide, Outcome

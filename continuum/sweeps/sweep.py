@@ -15,8 +15,8 @@ from typing import Any
 from continuum.errors import OutputError
 from continuum.files import output, store
 from continuum.files.hdf5 import StoreError, UnreadError
+from continuum.files.identity import former_settings, identity
 from continuum.files.provenance import journal, made_by, provenance
-from continuum.files.tables import former_settings, identity
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.growth import Growth, growths

@@ -15,8 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import continuum as c
+from continuum.files.identity import identity
 from continuum.files.inputs import load
-from continuum.files.tables import identity
 from continuum.front.contact import FoundThreshold
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall

@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from continuum.cli import main
+from continuum.files.identity import identity, resolved
 from continuum.files.inputs import load
-from continuum.files.tables import identity, resolved
 from continuum.files.toml import ConfigError, find, text_of, value_of
 from continuum.runs.build import build
 from continuum.runs.config import RunConfig

@@ -11,8 +11,8 @@ import pytest
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.relax.decks import _values
+from continuum.files.identity import identity, resolved, restored
 from continuum.files.inputs import load
-from continuum.files.tables import identity, resolved, restored
 from continuum.files.toml import find
 from continuum.model.surface import Surface
 from continuum.model.walls import Wall
