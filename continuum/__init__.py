@@ -13,7 +13,7 @@ Conventions (stated here once; everything else refers to this page)
 Units
     a0 = 1, the spacing of the square grid of surface atoms, which is the nearest-neighbour distance of the
     fcc crystal; E* = 1, the contact modulus.  ``contact_modulus`` is always E* = E/(1 - nu²), never Young's
-    modulus.  Real units exist only at the edges, in :mod:`continuum.units`.
+    modulus.  Real units exist only at the edges, in :mod:`continuum.inputs.units`.
 Signs
     Tractions are per area, compression positive.  ``gap = separation + height - displacement`` is the height
     of the rigid wall above the deformed surface; a displacement is positive towards the wall.

@@ -1,14 +1,7 @@
 """The public names, each with its module: for type checkers, and for ``__init__.py``, which imports them when asked."""
 
-from continuum.files.hdf5 import StoreError as StoreError
-from continuum.files.toml import ConfigError as ConfigError
 from continuum.front.certify import Certificate as Certificate
 from continuum.front.certify import certify as certify
-from continuum.front.commands import analyse as analyse
-from continuum.front.commands import check as check
-from continuum.front.commands import plot as plot
-from continuum.front.commands import run as run
-from continuum.front.commands import threshold as threshold
 from continuum.front.contact import Contact as Contact
 from continuum.front.contact import FoundThreshold as FoundThreshold
 from continuum.front.contact import LoadingPath as LoadingPath
@@ -16,11 +9,17 @@ from continuum.front.contact import State as State
 from continuum.front.doctor import doctor as doctor
 from continuum.front.predict import Prediction as Prediction
 from continuum.front.predict import predict as predict
+from continuum.front.runs import analyse as analyse
+from continuum.front.runs import check as check
+from continuum.front.runs import plot as plot
+from continuum.front.runs import run as run
+from continuum.front.runs import threshold as threshold
 from continuum.front.study import Study as Study
 from continuum.front.study import study as study
 from continuum.front.sweeps import sweep as sweep
 from continuum.front.sweeps import sweep_collect as sweep_collect
 from continuum.front.sweeps import sweep_slurm as sweep_slurm
+from continuum.inputs.toml import ConfigError as ConfigError
 from continuum.model.grid import Grid as Grid
 from continuum.model.substrates import CubicLayer as CubicLayer
 from continuum.model.substrates import HalfSpace as HalfSpace
@@ -41,14 +40,15 @@ from continuum.model.walls import attraction_on_core as attraction_on_core
 from continuum.paper.examples import examples as examples
 from continuum.paper.page import figure as figure
 from continuum.path.gradient import noise_error as noise_error
-from continuum.runs.result import Analysis as Analysis
-from continuum.runs.result import Result as Result
 from continuum.solve.solution import NotConvergedError as NotConvergedError
 from continuum.solve.solution import NotConvergedWarning as NotConvergedWarning
-from continuum.sweeps.collect import sweep_verify as sweep_verify
-from continuum.sweeps.jobs import SweepTask as SweepTask
-from continuum.sweeps.maps import sweep_maps as sweep_maps
-from continuum.sweeps.status import sweep_status as sweep_status
+from continuum.store.hdf5 import StoreError as StoreError
+from continuum.store.runs.result import Analysis as Analysis
+from continuum.store.runs.result import Result as Result
+from continuum.store.sweeps.collect import sweep_verify as sweep_verify
+from continuum.store.sweeps.jobs import SweepTask as SweepTask
+from continuum.store.sweeps.maps import sweep_maps as sweep_maps
+from continuum.store.sweeps.status import sweep_status as sweep_status
 
 __all__: list[str]
 __version__: str

@@ -1,5 +1,5 @@
 """``python -m continuum`` is the command ``continuum``."""
 
-from continuum.cli import main
+from continuum.front.cli import main
 
 raise SystemExit(main())

@@ -12,13 +12,13 @@ from dataclasses import fields
 from pathlib import Path
 
 import continuum as c
-from continuum.files import store
-from continuum.files.inputs import load
-from continuum.runs.config import RunConfig
-from continuum.runs.record import Point
-from continuum.runs.run import follow_run
-from continuum.sheet import Sheet
-from continuum.sweeps.measured import ADDED
+from continuum.inputs.reading import load
+from continuum.store import datasets as store
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.record import Point
+from continuum.store.runs.run import follow_run
+from continuum.store.sheet import Sheet
+from continuum.store.sweeps.measured import ADDED
 
 PAGE = Path(__file__).with_name("limits.md")
 BEGIN, END = "<!-- made by python -m docs.certificate -->\n", "<!-- end -->\n"

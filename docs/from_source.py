@@ -1,7 +1,7 @@
 """Pages of the reference, made from the source at each build of the site: keys, options, columns, exit codes, names.
 
 What a page lacks is mended in the source: a description says the unit of its value, "in a0", or that it is a pure
-number, and :func:`continuum.files.reference.unit_said` reads it there.
+number, and :func:`continuum.inputs.reference.unit_said` reads it there.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from pathlib import Path
 from typing import Any
 
 import atomistic as a
-import atomistic.cli
+import atomistic.front.cli
 import continuum as c
-import continuum.cli
-from atomistic.config.crystal import ElasticConfig
-from atomistic.config.deck import DeckConfig
-from atomistic.config.validate import ValidateConfig
+import continuum.front.cli
+from atomistic.inputs.crystal import ElasticConfig
+from atomistic.inputs.deck import DeckConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.relax.deckrun import SCHEMA, VERSION
-from continuum.errors import EXIT_CODES
-from continuum.files.reference import markdown
-from continuum.files.store import Dataset, read_datasets
-from continuum.files.tables import Document
-from continuum.runs.config import RunConfig
-from continuum.sheet import Sheet
-from continuum.sticky.tables import PredictionInput
-from continuum.sweeps.axes import SweepInput
-from continuum.sweeps.bisection import KEYS
-from continuum.sweeps.measured import COLUMNS
+from continuum.inputs.document import Document
+from continuum.inputs.errors import EXIT_CODES
+from continuum.inputs.reference import markdown
+from continuum.maps.verdict.tables import PredictionInput
+from continuum.store.datasets import Dataset, read_datasets
+from continuum.store.runs.config import RunConfig
+from continuum.store.sheet import Sheet
+from continuum.store.sweeps.axes import SweepInput
+from continuum.store.sweeps.bisection import KEYS
+from continuum.store.sweeps.measured import COLUMNS
 from docs.materials import table
 
 HERE = Path(__file__).parent
@@ -172,7 +172,7 @@ def inputs() -> dict[str, str]:
 
 def commands(program: str) -> str:
     """Every command of a program with its arguments and options, as its help has them."""
-    app = {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}[program]
+    app = {"continuum": continuum.front.cli.app, "atomistic": atomistic.front.cli.app}[program]
     return app.generate_docs(usage_name=program).replace(f"# {program}\n", f"# Commands of `{program}`\n", 1)
 
 

@@ -1,7 +1,7 @@
-"""The table of materials, which the site makes of ``continuum/sticky/materials.toml``."""
+"""The table of materials, which the site makes of ``continuum/maps/verdict/materials.toml``."""
 
-from continuum.sticky.materials import materials
-from continuum.units import readable
+from continuum.inputs.units import readable
+from continuum.maps.verdict.materials import materials
 
 
 def table() -> str:

@@ -9,7 +9,7 @@ import matplotlib.pyplot
 import pandas
 import xarray
 
-from continuum.cli import app
+from continuum.front.cli import app
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
 from tests.problems import Rough

@@ -79,8 +79,8 @@ def really_drawn(blank_pictures: Callable[..., bytes], monkeypatch: pytest.Monke
 @pytest.fixture(autouse=True, scope="session")
 def narrow_tables() -> Iterator[None]:
     """Every table that a command prints fits into its width, except for the name of a file."""
-    from continuum.sheet import WIDEST
     from continuum.show import console
+    from continuum.store.sheet import WIDEST
 
     printed = console._console.out
 

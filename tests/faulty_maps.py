@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import grey_dilation
 
+from continuum.maps.map import Topography
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
-from continuum.topography.map import Topography
 
 __all__ = ["FAULTS", "PIXEL", "clean", "cut_out", "faulty"]
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import continuum as c
-from continuum.files import kinds as kinds  # those that read files
-from continuum.files.reference import unit_said
+from continuum.inputs.reference import unit_said
+from continuum.inputs.tables import Description, explained
 from continuum.model.substrates import Response, Substrate
 from continuum.model.surface import Surface
 from continuum.model.walls import TabulatedWall, Wall
 from continuum.model.walls.attraction import CORE_PRESSURE
-from continuum.tables import Description, explained
+from continuum.store import kinds as kinds  # those that read files
 
 KINDS: dict[str, type[Description]] = {
     name: kind

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import xarray
 
-from continuum.files import store
-from continuum.runs.config import RunConfig
-from continuum.runs.record import Point
+from continuum.store import datasets as store
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.record import Point
 
 ENGINES = [
     "h5netcdf",

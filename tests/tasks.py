@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from continuum.sweeps.workers import Job, Task, TaskResult, heard, run_tasks, timed
+from continuum.store.sweeps.workers import Job, Task, TaskResult, heard, run_tasks, timed
 
 
 def tasks_here(tasks: Iterable[Task], work: Job, is_done: Callable[[Task], bool], **given: Any) -> Iterator[TaskResult]:

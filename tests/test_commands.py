@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-import atomistic.cli
+import atomistic.front.cli
 import continuum
-import continuum.cli
-from continuum.errors import EXIT_CODES
+import continuum.front.cli
+from continuum.inputs.errors import EXIT_CODES
 from continuum.show.plot import new_figure, save_figure, written_as
 from tests.kinds import covering
 from tests.problems import SMALL
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     Main = Callable[[Sequence[str]], int]
 
 ROOT = Path(__file__).parents[1]
-PROGRAMS = [(continuum.cli.main, continuum.cli.app), (atomistic.cli.main, atomistic.cli.app)]
+PROGRAMS = [(continuum.front.cli.main, continuum.front.cli.app), (atomistic.front.cli.main, atomistic.front.cli.app)]
 
 
 @pytest.mark.parametrize(("main", "app"), PROGRAMS)
@@ -54,18 +54,18 @@ def test_quiet_says_what_came_of_it_and_verbose_where_it_failed(
 ) -> None:
     (tmp_path / "small.toml").write_text(SMALL)
     command = ["run", str(tmp_path / "small.toml"), "-o", str(tmp_path)]
-    assert continuum.cli.main([*command, "-q"]) == 0
+    assert continuum.front.cli.main([*command, "-q"]) == 0
     assert capsys.readouterr().out == f"result   {tmp_path / 'small.h5'}\n"
     for words in (["-v", *command], [*command, "--force"]):
-        assert continuum.cli.main(words) == 0
+        assert continuum.front.cli.main(words) == 0
         out = capsys.readouterr().out
         assert "Points of the path\nstep  branch" in out
         # A pipe gets plain text: no rules, no colours.
         assert not set("━│┃╭┌\x1b") & set(out)
-    assert continuum.cli.main(["check", "nope.toml", "-v"]) == 2
+    assert continuum.front.cli.main(["check", "nope.toml", "-v"]) == 2
     error = capsys.readouterr().err
     assert "Traceback" in error
-    assert continuum.cli.main(["check", "nope.toml"]) == 2
+    assert continuum.front.cli.main(["check", "nope.toml"]) == 2
     short = capsys.readouterr().err
     assert "Traceback" not in short
     assert error.endswith(short)
@@ -73,10 +73,10 @@ def test_quiet_says_what_came_of_it_and_verbose_where_it_failed(
 
 def test_figures_come_in_the_formats_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "small.toml").write_text(SMALL)
-    assert continuum.cli.main(["run", str(tmp_path / "small.toml"), "-o", str(tmp_path), "-q"]) == 0
+    assert continuum.front.cli.main(["run", str(tmp_path / "small.toml"), "-o", str(tmp_path), "-q"]) == 0
     capsys.readouterr()
     stored = str(tmp_path / "small.h5")
-    assert continuum.cli.main(["plot", stored, "--format", "svg", "--format", "pdf"]) == 0
+    assert continuum.front.cli.main(["plot", stored, "--format", "svg", "--format", "pdf"]) == 0
     assert [Path(line).suffix for line in capsys.readouterr().out.split()] == [".svg", ".svg"]
     assert (tmp_path / "small-contact.svg").read_bytes().startswith(b"<?xml")
     assert (tmp_path / "small-contact.pdf").read_bytes().startswith(b"%PDF")
@@ -127,7 +127,7 @@ def test_a_shell_completes_every_command(
 )
 def test_a_wrong_command_line_is_one_message(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:
-        continuum.cli.main(words)
+        continuum.front.cli.main(words)
     assert end.value.code == 2
     assert said in "".join(capsys.readouterr())
 
@@ -140,7 +140,7 @@ def test_options_that_are_no_arguments_as_they_stand_mean_what_the_function_take
     path.write_text(f'{SMALL}[sweep.axes]\n"surface.hurst" = [0.8]\n')
     words = "--set surface.seed=4 --set surface.rms_slope=0.2 --set surface.seed=3 --memory 4 --array 3 -j 2"
     words += " --module gcc/13.2 --module mpi --line ulimit --line date"
-    assert continuum.cli.main(["sweep", "slurm", str(path), *words.split()]) == 0
+    assert continuum.front.cli.main(["sweep", "slurm", str(path), *words.split()]) == 0
     script = continuum.sweep_slurm(
         path, settings={"surface.seed": 3, "surface.rms_slope": 0.2}, memory=4e9, shards=3, workers=2,
         modules=["gcc/13.2", "mpi"], lines=["ulimit", "date"],
@@ -151,7 +151,8 @@ def test_options_that_are_no_arguments_as_they_stand_mean_what_the_function_take
 @pytest.mark.parametrize(
     ("program", "number"),
     covering(
-        [(continuum.cli.main, "run"), (atomistic.cli.main, "deck")], [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+        [(continuum.front.cli.main, "run"), (atomistic.front.cli.main, "deck")],
+        [signal.SIGINT, signal.SIGTERM, signal.SIGHUP],
     ),
 )
 def test_what_is_stopped_does_not_end_as_what_did_not_converge(
@@ -163,7 +164,7 @@ def test_what_is_stopped_does_not_end_as_what_did_not_converge(
     main, kind = program
     # A test runner that was started by nohup, or in the background, ignores them.
     before = {each: signal.signal(each, signal.default_int_handler) for each in (signal.SIGINT, signal.SIGHUP)}
-    module = f"{main.__module__.partition('.')[0]}.commands"
+    module = "continuum.front.run_commands" if main is continuum.front.cli.main else "atomistic.front.commands"
     monkeypatch.setattr(f"{module}.schema_of", lambda _: signal.raise_signal(number))
     try:
         assert main(["schema", kind]) == 128 + number

@@ -149,7 +149,7 @@ def test_the_table_names_what_is_there() -> None:
 def ran(tmp_path_factory: pytest.TempPathFactory) -> str:
     """What pytest says in a copy with all that the page adds: of the page itself, and of the tests of all kinds."""
     copy = tmp_path_factory.mktemp("copy")
-    finds = "continuum/files/toml.py"  # which looks for inputs beside itself, not beside what it is a link to
+    finds = "continuum/inputs/toml.py"  # which looks for inputs beside itself, not beside what it is a link to
     page = {f"tests/{TESTS}": "".join(map(used, SECTIONS.values())) + OF_A_COLUMN}
     copied(copy, {finds: (ROOT / finds).read_text(encoding="utf-8")} | with_all_sections() | page)
     words, files = zip(*NEW.values(), strict=True)

@@ -23,16 +23,16 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-import atomistic.cli
-import continuum.cli
-from continuum.files.provenance import Citation
-from continuum.keys import LARGEST_N
+import atomistic.front.cli
+import continuum.front.cli
+from continuum.inputs.keys import LARGEST_N
 from continuum.measure.outline import outline
 from continuum.model.grid import Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.paper.figures import FIGURES
-from continuum.runs import cost
+from continuum.store.provenance import Citation
+from continuum.store.runs import cost
 from docs import certificate
 from docs.studies.map_of_the_tutorial import HEAD, MAP, heights
 
@@ -160,7 +160,7 @@ def test_the_paper_is_cited_by_its_title_and_its_preprint_by_its_own() -> None:
 def test_every_command_and_option_named_exists() -> None:
     known = {
         f"{program} {command}"
-        for program, app in {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}.items()
+        for program, app in {"continuum": continuum.front.cli.app, "atomistic": atomistic.front.cli.app}.items()
         for command in app.resolved_commands()
     }
     for page in PAGES:
@@ -169,7 +169,7 @@ def test_every_command_and_option_named_exists() -> None:
             if f"{program} {command}" in ("continuum of", "continuum is", "continuum on") or "." in command:
                 continue
             assert f"{program} {command}" in known, line
-            app = {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}[program][command]
+            app = {"continuum": continuum.front.cli.app, "atomistic": atomistic.front.cli.app}[program][command]
             if command == "sweep":
                 app = app[words.pop(0)] if words else app
             options = {word.split("=")[0] for word in words if word.startswith("--")} - {"--help", "--version"}
@@ -279,7 +279,10 @@ def here(language: str, code: str) -> str:
             program, *words = command.split() or [":"]
             into = StringIO()
             with redirect_stdout(into if file else printed):
-                assert program == ":" or {"continuum": continuum, "atomistic": atomistic}[program].cli.main(words) == 0
+                assert (
+                    program == ":"
+                    or {"continuum": continuum, "atomistic": atomistic}[program].front.cli.main(words) == 0
+                )
             if file:
                 Path(file.strip()).write_text(into.getvalue(), encoding="utf-8")
     return printed.getvalue()

@@ -19,14 +19,14 @@ import numpy as np
 import pytest
 from cyclopts import App
 
-import atomistic.cli
-import continuum.cli
+import atomistic.front.cli
+import continuum.front.cli
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from tests.problems import SMALL
 from tests.tasks import tasks_here
 
-MAINS = {"continuum": continuum.cli.main, "atomistic": atomistic.cli.main}
+MAINS = {"continuum": continuum.front.cli.main, "atomistic": atomistic.front.cli.main}
 CONTACT = """
 [interatomic]
 kind = "springs"
@@ -112,7 +112,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def here(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A user's folder, and one worker of sweeps and validations is this process."""
     monkeypatch.chdir(place)
-    for name in ("continuum.front.sweeps", "atomistic.validation"):
+    for name in ("continuum.front.sweeps", "atomistic.front.validation"):
         monkeypatch.setattr(f"{name}.run_tasks", tasks_here)
 
 
@@ -156,7 +156,7 @@ def called(command: str, capsys: pytest.CaptureFixture[str]) -> str:
 
 
 def test_every_command_has_a_test_here() -> None:
-    apps = {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}
+    apps = {"continuum": continuum.front.cli.app, "atomistic": atomistic.front.cli.app}
     assert {name for program, app in apps.items() for name in commands(app, program)} == set(COMMANDS)
 
 

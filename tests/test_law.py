@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pandas import DataFrame, read_csv
 
-from continuum.sticky.threshold import BEYOND, BEYOND_FEW, FEW_POINTS
+from continuum.maps.verdict.threshold import BEYOND, BEYOND_FEW, FEW_POINTS
 from continuum.theory.rough import threshold_share
 from docs.studies import (
     classes,

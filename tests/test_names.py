@@ -32,12 +32,12 @@ NOT_SAID = {
 # The two programs, and the two doors, which have a `check` each; a command has the name of the function that it calls.
 TWICE = {"main", "check", "doctor"}
 COMMANDS = {
-    "continuum/commands.py",
-    "continuum/map_commands.py",
-    "continuum/sweep_commands.py",
-    "continuum/app/commands.py",
+    "continuum/front/run_commands.py",
+    "continuum/front/map_commands.py",
+    "continuum/front/sweep_commands.py",
+    "continuum/view/commands.py",
     "continuum/paper/commands.py",
-    "atomistic/commands.py",
+    "atomistic/front/commands.py",
 }
 
 

@@ -24,15 +24,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import atomistic.cli
-import continuum.cli
-from continuum.errors import OutputError
-from continuum.files import output
-from continuum.files.inputs import load
-from continuum.runs.config import RunConfig
-from continuum.runs.result import Result
-from continuum.runs.run import follow_run
+import atomistic.front.cli
+import continuum.front.cli
+from continuum.inputs.errors import OutputError
+from continuum.inputs.reading import load
 from continuum.solve.solution import Settings
+from continuum.store import output
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.result import Result
+from continuum.store.runs.run import follow_run
 from tests import problems
 from tests.problems import Rough
 from tests.stored import same
@@ -85,7 +85,7 @@ def test_a_result_is_never_written_over_an_input(
         folder.mkdir()
         link(own.parent / "map.h5", folder / "map.h5")
     before = content(own.parent)
-    assert continuum.cli.main(["run", str(own), "-o", str(folder), *force]) == 2
+    assert continuum.front.cli.main(["run", str(own), "-o", str(folder), *force]) == 2
     error = capsys.readouterr().err
     assert "is an input" in error
     assert "--force" not in error
@@ -96,7 +96,7 @@ def test_force_replaces_results_of_ours_only(tmp_path: Path, capsys: pytest.Capt
     (tmp_path / "run.toml").write_text(SMALL)
     (tmp_path / "run.h5").write_text("years of work")
     for force in ((), ("--force",)):
-        assert continuum.cli.main(["run", str(tmp_path / "run.toml"), "-o", str(tmp_path), *force]) == 2
+        assert continuum.front.cli.main(["run", str(tmp_path / "run.toml"), "-o", str(tmp_path), *force]) == 2
         error = capsys.readouterr().err
         assert "is left alone" in error
         assert "--force" not in error
@@ -153,7 +153,7 @@ def little() -> Iterator[None]:
 def stored(tmp_path: Path) -> Path:
     """A run, and its result."""
     (tmp_path / "run.toml").write_text(SMALL)
-    assert continuum.cli.main(["run", str(tmp_path / "run.toml"), "-o", str(tmp_path / "results"), "-q"]) == 0
+    assert continuum.front.cli.main(["run", str(tmp_path / "run.toml"), "-o", str(tmp_path / "results"), "-q"]) == 0
     return tmp_path / "results" / "run.h5"
 
 
@@ -166,7 +166,7 @@ def test_a_full_disk_is_one_message_and_leaves_the_older_result(
     monkeypatch.chdir(stored.parents[1])
     capsys.readouterr()
     with little():
-        code = continuum.cli.main(command)
+        code = continuum.front.cli.main(command)
     assert code == 2
     error = capsys.readouterr().err
     assert "cannot be written: File too large" in error
@@ -181,7 +181,7 @@ def test_links_in_a_users_file_do_not_refuse_a_plain_dataset(own: Path) -> None:
         file["nothing"] = h5py.SoftLink("/no/such/dataset")
         file["group/up"] = h5py.SoftLink("/group")
         file["entry/data"] = h5py.SoftLink("/heights")
-    assert continuum.cli.main(["check", str(own)]) == 0
+    assert continuum.front.cli.main(["check", str(own)]) == 0
 
 
 # --- messages --------------------------------------------------------------------------------------------------
@@ -194,8 +194,8 @@ def test_a_terminal_that_is_not_utf8_gets_ascii(tmp_path: Path, monkeypatch: pyt
     with monkeypatch.context() as patch:
         patch.setattr(sys, "stdout", out)
         patch.setattr(sys, "stderr", error)
-        codes = [continuum.cli.main(["check", str(tmp_path / name)]) for name in ("run.toml", "bad.toml")]
-        codes.append(continuum.cli.main(["examples"]))
+        codes = [continuum.front.cli.main(["check", str(tmp_path / name)]) for name in ("run.toml", "bad.toml")]
+        codes.append(continuum.front.cli.main(["examples"]))
     assert codes == [0, 2, 0]
     printed, said = (stream.buffer.getvalue().decode() for stream in (out, error))
     assert "kappa" in printed
@@ -220,7 +220,7 @@ def test_a_closed_stream_is_no_reason_to_fail_or_to_write_elsewhere(tmp_path: Pa
 
 WAITING = """
 import sys
-from continuum.cli import main
+from continuum.front.cli import main
 from continuum.solve.solver import Solver
 solve = Solver.minimise
 def waiting(*arguments, **given):
@@ -284,7 +284,7 @@ def test_a_reader_that_has_seen_enough_of_a_table_is_no_fault() -> None:
     """As `head`; a table is written by another library than a line."""
     ours, theirs = os.pipe()
     os.close(ours)
-    program = "from continuum.show import console; from continuum.sheet import Column, Sheet; import sys; "
+    program = "from continuum.show import console; from continuum.store.sheet import Column, Sheet; import sys; "
     program += "sys.exit(console.exit_code(lambda: console.show(Sheet.of('t', (Column('a'),), [(1,)])) or 0))"
     done = subprocess.run(
         [sys.executable, "-c", program], stdout=theirs, stderr=subprocess.PIPE, text=True, check=False,
@@ -331,7 +331,7 @@ def test_a_long_name_is_shortened_in_messages(
     monkeypatch.chdir(tmp_path)
     name = f"begin{'n' * 240}.toml"
     (tmp_path / name).write_text(SMALL.replace("hurst = 0.8", "hurst = 8").replace("seed = 3", "seed = -3"))
-    main = {"atomistic": atomistic.cli.main, "continuum": continuum.cli.main}[program]
+    main = {"atomistic": atomistic.front.cli.main, "continuum": continuum.front.cli.main}[program]
     for argument in (name, f"no-{name}"):
         assert main([command, argument, "-o", "out"][: 2 if command == "check" else 4]) == 2
         said = capsys.readouterr().err
@@ -343,7 +343,7 @@ def test_a_long_name_is_shortened_in_messages(
 def test_a_long_name_is_shortened_in_the_line_of_each_point(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / f"{'n' * 200}.toml"
     path.write_text(SMALL)
-    assert continuum.cli.main(["run", str(path), "-o", str(tmp_path)]) == 0
+    assert continuum.front.cli.main(["run", str(path), "-o", str(tmp_path)]) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if "nnn" in line]
     assert len(lines) == 6
     assert not any("n" * 100 in line for line in lines[:5])
@@ -371,7 +371,7 @@ def test_a_number_of_threads_that_no_library_takes_is_one_message(
 
 def test_a_command_draws_whatever_back_end_is_meant_for_windows() -> None:
     """Whatever the command is, what draws can be imported after it has begun."""
-    program = "from continuum.cli import main; assert main(['--help']) == 0; import continuum.show.plot"
+    program = "from continuum.front.cli import main; assert main(['--help']) == 0; import continuum.show.plot"
     environment = os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "nonsense"}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
@@ -380,7 +380,7 @@ def test_a_command_draws_whatever_back_end_is_meant_for_windows() -> None:
 
 def test_a_fault_in_many_places_is_said_in_twenty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.toml").write_text(SMALL + "".join(f"\n[table{i}]" for i in range(300)))
-    assert continuum.cli.main(["check", str(tmp_path / "a.toml")]) == 2
+    assert continuum.front.cli.main(["check", str(tmp_path / "a.toml")]) == 2
     error = capsys.readouterr().err
     assert "300 faults" in error
     assert "and 280 more" in error
@@ -392,7 +392,7 @@ def test_a_fault_in_many_places_is_said_in_twenty(tmp_path: Path, capsys: pytest
 )
 def test_deep_nesting_is_refused(tmp_path: Path, deep: str, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.toml").write_text(f"{deep}\n{SMALL}")
-    assert continuum.cli.main(["check", str(tmp_path / "a.toml")]) == 2
+    assert continuum.front.cli.main(["check", str(tmp_path / "a.toml")]) == 2
     assert "levels of nesting" in capsys.readouterr().err
 
 
@@ -410,7 +410,7 @@ def test_as_many_targets_as_are_allowed_can_be_written_down(tmp_path: Path) -> N
 def test_a_count_of_processes_or_threads_is_at_least_one(
     program: str, option: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    main = {"atomistic": atomistic.cli.main, "continuum": continuum.cli.main}[program]
+    main = {"atomistic": atomistic.front.cli.main, "continuum": continuum.front.cli.main}[program]
     with pytest.raises(SystemExit) as ended:
         main(option)
     assert ended.value.code == 2
@@ -450,26 +450,26 @@ KINDS = (
     "text.h5",
 )
 COMMANDS: dict[str, tuple[Callable[[Sequence[str]], int], list[str]]] = {
-    "continuum check": (continuum.cli.main, ["check", "PATH"]),
-    "continuum run": (continuum.cli.main, ["run", "PATH"]),
-    "continuum run -o": (continuum.cli.main, ["run", "run.toml", "-o", "OUT"]),
-    "continuum plot": (continuum.cli.main, ["plot", "PATH"]),
-    "continuum analyse": (continuum.cli.main, ["analyse", "PATH"]),
-    "continuum predict": (continuum.cli.main, ["predict", "PATH", "--material", "mica", "--no-solve"]),
+    "continuum check": (continuum.front.cli.main, ["check", "PATH"]),
+    "continuum run": (continuum.front.cli.main, ["run", "PATH"]),
+    "continuum run -o": (continuum.front.cli.main, ["run", "run.toml", "-o", "OUT"]),
+    "continuum plot": (continuum.front.cli.main, ["plot", "PATH"]),
+    "continuum analyse": (continuum.front.cli.main, ["analyse", "PATH"]),
+    "continuum predict": (continuum.front.cli.main, ["predict", "PATH", "--material", "mica", "--no-solve"]),
     "continuum predict -o": (
-        continuum.cli.main,
+        continuum.front.cli.main,
         ["predict", "map.npy", "--size", "3um", "--unit", "nm", "--material", "mica", "--no-solve", "-o", "OUT"],
     ),
-    "atomistic validate": (atomistic.cli.main, ["validate", "PATH"]),
-    "atomistic validate -o": (atomistic.cli.main, ["validate", "validate.toml", "-j", "1", "-o", "OUT"]),
+    "atomistic validate": (atomistic.front.cli.main, ["validate", "PATH"]),
+    "atomistic validate -o": (atomistic.front.cli.main, ["validate", "validate.toml", "-j", "1", "-o", "OUT"]),
     "atomistic validate --keep-decks": (
-        atomistic.cli.main,
+        atomistic.front.cli.main,
         ["validate", "validate.toml", "-j", "1", "--keep-decks", "OUT", "-o", "results"],
     ),
-    "atomistic deck": (atomistic.cli.main, ["deck", "PATH"]),
-    "atomistic deck -o": (atomistic.cli.main, ["deck", "deck.toml", "-o", "OUT"]),
-    "atomistic read": (atomistic.cli.main, ["read", "PATH"]),
-    "atomistic elastic": (atomistic.cli.main, ["elastic", "PATH"]),
+    "atomistic deck": (atomistic.front.cli.main, ["deck", "PATH"]),
+    "atomistic deck -o": (atomistic.front.cli.main, ["deck", "deck.toml", "-o", "OUT"]),
+    "atomistic read": (atomistic.front.cli.main, ["read", "PATH"]),
+    "atomistic elastic": (atomistic.front.cli.main, ["elastic", "PATH"]),
 }
 
 

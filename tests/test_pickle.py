@@ -53,7 +53,7 @@ def study(folder: Path) -> c.Study:
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """A process of its own is no part of what is asked."""
-    monkeypatch.setattr("atomistic.validation.run_tasks", tasks_here)
+    monkeypatch.setattr("atomistic.front.validation.run_tasks", tasks_here)
 
 
 @cache

@@ -17,9 +17,9 @@ import pytest
 from ase.build import fcc111
 
 import atomistic as a
-import atomistic.cli
+import atomistic.front.cli
 import continuum as c
-import continuum.cli
+import continuum.front.cli
 from atomistic.lammps.engine import script
 from tests.problems import SMALL
 
@@ -81,8 +81,8 @@ def surface(n: int, spacing: float = 1.0) -> np.ndarray:
 def test_1_a_row_of_units_below_other_names(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rows = [f"{0.5 * i:.1f},{height:.2f}" for i, height in enumerate(surface(512)[0] * 100)]
     (here / "line.csv").write_text("\n".join(["Sample,A1", "Lateral,Total Profile", "µm,Å", *rows]))
-    assert continuum.cli.main(["predict", "line.csv", *WORDS]) == 0
-    assert continuum.cli.main(["predict", "line.csv", "--unit", "nm", *WORDS]) == 2
+    assert continuum.front.cli.main(["predict", "line.csv", *WORDS]) == 0
+    assert continuum.front.cli.main(["predict", "line.csv", "--unit", "nm", *WORDS]) == 2
     assert "the file itself says the unit" in capsys.readouterr().err
 
 
@@ -122,7 +122,7 @@ def test_5_atoms_under_the_name_of_another_element(here: Path, capsys: pytest.Ca
         'cutoff = 6.3\nlattice_constant = 4.0\nfiles = ["AlCu.adp"]\n'
         f'coefficients = [["*", "*", "AlCu.adp", "Al"]]\n{SPHERE}'
     )
-    assert atomistic.cli.main(["deck", "element.toml"]) == 2
+    assert atomistic.front.cli.main(["deck", "element.toml"]) == 2
     assert "the elements of the input, Cu" in capsys.readouterr().err
     assert not (here / "decks").exists()
 
@@ -169,9 +169,8 @@ def test_8_latex_in_the_settings_of_figures(here: Path) -> None:
 def test_9_one_process_of_two_calls_lammps(here: Path) -> None:
     """A script, in which the first one does; and a deck that each of two writes and runs where the other does."""
     (here / "deck.toml").write_text(DECK)
-    program = (
-        "import os, sys\nif os.environ['PMI_RANK'] == '0':\n    from atomistic.cli import main\n    sys.exit(main())\n"
-    )
+    program = "import os, sys\nif os.environ['PMI_RANK'] == '0':\n"
+    program += "    from atomistic.front.cli import main\n    sys.exit(main())\n"
     (here / "rank0.py").write_text(program)
     start = [script("mpiexec"), "-n", "2", sys.executable]
     done = called(*start, "rank0.py", "deck", "deck.toml", "-o", "one", "--run")
@@ -189,7 +188,7 @@ def test_11_a_fourth_column(here: Path, capsys: pytest.CaptureFixture[str]) -> N
     heights = surface(20)
     rows = [f"{x / 100:.3f}\t{y / 100:.3f}\t{heights[y, x]:.5f}\t{100 + x}" for y in range(20) for x in range(20)]
     (here / "four.txt").write_text("\n".join(["X (um)\tY (um)\tZ (nm)\tIntensity", *rows]))
-    assert continuum.cli.main(["predict", "four.txt", "--verbose", *WORDS]) == 0
+    assert continuum.front.cli.main(["predict", "four.txt", "--verbose", *WORDS]) == 0
     assert "Intensity" in "".join(capsys.readouterr())
 
 
@@ -201,7 +200,7 @@ def test_12_the_names_that_the_user_gave(here: Path, capsys: pytest.CaptureFixtu
         'coefficients = [["*", "*", "library.meam", "Ni", "NULL", "Ni"], ["1", "1", "zbl", "28", "28"]]\n'
         f"{SPHERE}"
     )
-    assert atomistic.cli.main(["deck", "names.toml"]) == 2
+    assert atomistic.front.cli.main(["deck", "names.toml"]) == 2
     said = capsys.readouterr().err
     assert "Expected hybrid sub-style instead of library.meam" in said
     assert "doctor" not in said
@@ -209,5 +208,5 @@ def test_12_the_names_that_the_user_gave(here: Path, capsys: pytest.CaptureFixtu
 
 def test_13_jobs_of_two_systems(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "many.toml").write_text(f'{SMALL}[sweep.axes]\n"surface.seed" = [1, 2, 3, 4, 5, 6]\n')
-    assert continuum.cli.main(["sweep", "slurm", "many.toml", "--array", "3"]) == 0
+    assert continuum.front.cli.main(["sweep", "slurm", "many.toml", "--array", "3"]) == 0
     assert "#SBATCH --cpus-per-task=2\n" in capsys.readouterr().out

@@ -13,24 +13,24 @@ from cyclopts import App
 from cyclopts.argument import Argument
 
 import atomistic
-import atomistic.cli
+import atomistic.front.cli
 import continuum
-import continuum.cli
+import continuum.front.cli
 from atomistic.ladder.comparison import PathPlan, ValidatedState
 from atomistic.ladder.rungs import Rung
 from atomistic.lammps.result import DeckResult
 from atomistic.relax.deckrun import ContinuumStep, DeckStep
-from continuum.errors import EXIT_CODES
-from continuum.files.reference import entries, unit_said
-from continuum.options import arguments_of
-from continuum.runs.record import Point
-from continuum.sticky.tables import OPTIONS
-from continuum.sweeps.measured import COLUMNS
-from continuum.tables import Description, explained
+from continuum.front.options import arguments_of
+from continuum.inputs.errors import EXIT_CODES
+from continuum.inputs.reference import entries, unit_said
+from continuum.inputs.tables import Description, explained
+from continuum.maps.verdict.tables import OPTIONS
+from continuum.store.runs.record import Point
+from continuum.store.sweeps.measured import COLUMNS
 from docs import from_source
 
 NUMBER = re.compile(r"(?<!whole )number")
-APPS = {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}
+APPS = {"continuum": continuum.front.cli.app, "atomistic": atomistic.front.cli.app}
 
 
 @pytest.mark.parametrize("name", from_source.INPUTS)
@@ -81,7 +81,7 @@ def commands(app: App, *before: str) -> Iterator[tuple[str, App]]:
 
 
 def options(app: App) -> list[Argument]:
-    return list(app.assemble_argument_collection(default_parameter=continuum.cli.app.default_parameter))
+    return list(app.assemble_argument_collection(default_parameter=continuum.front.cli.app.default_parameter))
 
 
 @pytest.mark.parametrize("program", APPS)

@@ -114,7 +114,7 @@ def test_a_figure_has_the_bytes_that_it_has_beside_a_foreign_matplotlibrc(tmp_pa
     assert (tmp_path / "theirs" / ours.with_suffix(".png").name).read_bytes() == own
 
 
-GRANTED = "from continuum.granted import granted_processors; print(granted_processors())"
+GRANTED = "from continuum.store.granted import granted_processors; print(granted_processors())"
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="processors cannot be taken from a process here")

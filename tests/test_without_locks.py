@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from continuum.files.output import LockedError, locked
+from continuum.store.output import LockedError, locked
 
 ROOT = Path(__file__).parents[1]
 COMPILER = shutil.which("cc") or shutil.which("gcc")
@@ -30,8 +30,8 @@ PROGRAM = """
 import json, os, sys
 from pathlib import Path
 from atomistic.lammps.directory import hold
-from continuum.errors import OutputError
-from continuum.files.output import reserved
+from continuum.inputs.errors import OutputError
+from continuum.store.output import reserved
 
 def refused(again):
     try:

@@ -15,7 +15,7 @@ from ase.optimize.precon import PreconLBFGS
 from atomistic.atoms.response import SlabResponse, SurfaceRoot, in_single_precision
 from atomistic.atoms.wall import RoughWall
 from atomistic.relax.relax import Mixer, falling
-from continuum.arguments import ArgumentError, instance
+from continuum.inputs.arguments import ArgumentError, instance
 from continuum.model.fourier import Real
 
 _SETTLED = 0.02

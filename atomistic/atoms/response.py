@@ -21,7 +21,7 @@ import scipy
 from ase import Atoms
 from numpy.typing import NDArray
 
-from continuum.arguments import ArgumentError, instance
+from continuum.inputs.arguments import ArgumentError, instance
 from continuum.model.fourier import Complex, Real
 
 _WIDTH = 5

@@ -35,7 +35,7 @@ from atomistic.lammps.session import Cell, LammpsHandle, Session
 from atomistic.lammps.shape import HeightSpline, WallHeight, map_of
 from atomistic.relax.relax import iterate
 from atomistic.relax.specimen import Specimen
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.model.fourier import Real
 
 _MOST = 200

@@ -16,10 +16,10 @@ from atomistic.crystal.exposed import exposed, layer_depth
 from atomistic.crystal.faces import spacing_of
 from atomistic.lammps.law import law_of_atoms
 from atomistic.lammps.shape import Shape, shape_of
-from continuum import possible
-from continuum.arguments import ArgumentError, array, choice, instance, number, pair
-from continuum.arguments import field as map_of
 from continuum.front.contact import Contact
+from continuum.inputs import possible
+from continuum.inputs.arguments import ArgumentError, array, choice, instance, number, pair
+from continuum.inputs.arguments import field as map_of
 from continuum.measure.contact import contact_map
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall

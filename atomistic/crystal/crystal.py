@@ -13,7 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from atomistic.crystal.exposed import exposed, layer_depth
-from continuum.arguments import ArgumentError, array, count, field, instance, number, pair
+from continuum.inputs.arguments import ArgumentError, array, count, field, instance, number, pair
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.crystal.crystal import AtomSlab
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.model.fourier import Real
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from atomistic.crystal.crystal import standard_mass
-from continuum import possible
-from continuum.arguments import ArgumentError, choice, number
+from continuum.inputs import possible
+from continuum.inputs.arguments import ArgumentError, choice, number
 from continuum.model.cubic import CubicConstants, contact_modulus
 from continuum.model.fourier import Real
 

@@ -52,7 +52,8 @@ from atomistic.crystal.faces import CrystalCell
 from atomistic.crystal.interatomic import LennardJones, OfCube, Springs
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.units import Units
 from continuum.model.cubic import (
     CubicConstants,
     anisotropic_contact_modulus,
@@ -61,7 +62,6 @@ from continuum.model.cubic import (
 )
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.units import Units
 
 _DIRECTIONS = 128
 

@@ -16,8 +16,8 @@ from typing import Any, Literal
 from atomistic.crystal.crystal import standard_mass
 from atomistic.crystal.interatomic import BondlessPotential, check_masses, check_others
 from atomistic.crystal.potentials import content_of
-from continuum import possible
-from continuum.arguments import ArgumentError, file_name, flag, number
+from continuum.inputs import possible
+from continuum.inputs.arguments import ArgumentError, file_name, flag, number
 
 REFUSED_STYLES = re.compile(r"python|none|zero|list|srp.*|kim|quip|hybrid/(?!overlay$).*")
 """Refused styles: those that run code from a file, read other paths, describe no crystal, or weigh several styles by

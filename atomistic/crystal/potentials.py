@@ -18,9 +18,9 @@ import numpy as np
 
 from atomistic.crystal.crystal import chemical_symbol
 from atomistic.crystal.interatomic import BondlessPotential, check_masses, check_others
-from continuum.arguments import ArgumentError, choice, file_name, instance, number
-from continuum.errors import InputError
-from continuum.files.toml import slip
+from continuum.inputs.arguments import ArgumentError, choice, file_name, instance, number
+from continuum.inputs.errors import InputError
+from continuum.inputs.toml import slip
 
 Style = Literal["eam", "eam/alloy", "eam/fs"]
 

@@ -1,4 +1,4 @@
-"""A validation on disk: one table of states, maps of every rung, curves; see :mod:`continuum.files.store`.
+"""A validation on disk: one table of states, maps of every rung, curves; see :mod:`continuum.store.datasets`.
 
 Workers store the result of each path in a file of its own; the validation is these files joined, when all are there.
 """
@@ -12,16 +12,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from atomistic.config.validate import ValidateConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder.checks import LadderCheck
 from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, ValidatedState
 from atomistic.ladder.rungs import RUNGS, Rung, RungName, kinds_of
-from continuum.files import store
-from continuum.files.hdf5 import StoreError
-from continuum.files.identity import differences, identity, resolved
-from continuum.files.provenance import journal, provenance
-from continuum.files.store import Dataset, columns
 from continuum.model.walls import LennardJonesSpline
+from continuum.store import datasets as store
+from continuum.store.datasets import Dataset, columns
+from continuum.store.hdf5 import StoreError
+from continuum.store.identity import differences, identity, resolved
+from continuum.store.provenance import journal, provenance
 
 _OF_DIFFERENCE: Mapping[str, tuple[str, str]] = {
     "load": ("1", "load, over the repulsive load of the second"),
@@ -200,7 +200,7 @@ def write_part(path: Path, config: ValidateConfig, result: PathResult) -> None:
 def read_archive_part(path: Path, config: ValidateConfig) -> Mapping[str, Dataset]:
     """The datasets of one path.
 
-    Raises continuum.files.store.StoreError if the file is missing, or belongs to another validation.
+    Raises continuum.store.datasets.StoreError if the file is missing, or belongs to another validation.
     """
     file = store.read_datasets(path, PART, config.result_version, labels=True)
     if file.attributes["identity"] != identity(config):

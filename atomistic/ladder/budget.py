@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.config.validate import CaseTable, ExponentTable, ValidateConfig
+from atomistic.inputs.validate import CaseTable, ExponentTable, ValidateConfig
 from atomistic.ladder.checks import LadderCheck
 from atomistic.ladder.ensemble import carried_bounds
 

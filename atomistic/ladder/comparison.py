@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.interatomic import Springs
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import rungs as ladder
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, Difference, Rung, RungName
 from atomistic.lammps.deck import Deck

@@ -11,10 +11,10 @@ from importlib import resources
 
 import numpy as np
 
-from atomistic.config.deck import DeckConfig
-from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.faces import cell_of
+from atomistic.inputs.deck import DeckConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder.comparison import paths_of
 from atomistic.lammps.shape import has_formula
 from atomistic.relax.specimen import BYTES, BYTES_PER_ATOM

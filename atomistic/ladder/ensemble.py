@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from atomistic.config.validate import BoundTable, CaseTable, Compared, Step, ValidateConfig
+from atomistic.inputs.validate import BoundTable, CaseTable, Compared, Step, ValidateConfig
 
 RARE = 0.01
 """Probability with which one of the surfaces of a case breaks a bound that is right."""

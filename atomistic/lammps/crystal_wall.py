@@ -20,10 +20,10 @@ from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.model import AnyModel
 from atomistic.lammps.language import formatted
 from atomistic.lammps.shape import Shape
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.tables import Table
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
-from continuum.tables import Table
 
 DATA = "wall.data"
 """File of the atoms of the wall in a deck."""

@@ -32,13 +32,13 @@ from atomistic.lammps.law import NO_CORE, TOLERANCE, law_of_atoms, name_of, nati
 from atomistic.lammps.protocol import Protocol, time_unit, times_area
 from atomistic.lammps.result import UNITS
 from atomistic.lammps.shape import Shape, check_shape, misfit, shape_of
-from continuum.arguments import ArgumentError, choice, count, file_name, flag, instance, number
-from continuum.arguments import field as field_of
-from continuum.errors import OutputError
-from continuum.files.output import folder, save, whole
+from continuum.inputs.arguments import ArgumentError, choice, count, file_name, flag, instance, number
+from continuum.inputs.arguments import field as field_of
+from continuum.inputs.errors import OutputError
 from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.model.fourier import Real
 from continuum.model.walls import TabulatedWall, Wall
+from continuum.store.output import folder, save, whole
 
 SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
 INPUTS = (

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from atomistic.crystal.crystal import AnySlab, AtomSlab, Slab
 from atomistic.lammps.law import read_law
-from continuum.errors import OutputError
-from continuum.files.output import MARK, locked
+from continuum.inputs.errors import OutputError
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
+from continuum.store.output import MARK, locked
 
 FORMAT = "stickiness deck 4"
 """Format name in ``deck.json``."""
@@ -48,7 +48,7 @@ PATIENCE = 2.0
 def hold(directory: Path) -> AbstractContextManager[int]:
     """Hold the lock of a directory; gives its descriptor, which is passed to the processes that write there.
 
-    The lock (:func:`continuum.files.output.locked`) belongs to the open file: children that inherit the descriptor hold
+    The lock (:func:`continuum.store.output.locked`) belongs to the open file: children that inherit the descriptor hold
     it, too, even if this process is killed, and it ends with the last of them.
 
     Raises LockedError if another run holds it, naming the process that started it; OutputError if the directory cannot

@@ -34,7 +34,7 @@ from atomistic.lammps.result import (
     read_result,
     tail,
 )
-from continuum.arguments import ArgumentError, instance
+from continuum.inputs.arguments import ArgumentError, instance
 
 Progress = Callable[[int, int], None]
 """Called with the number of finished steps or runs, and of all."""

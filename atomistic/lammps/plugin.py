@@ -21,7 +21,7 @@ import scipy
 
 from atomistic.lammps.language import formatted
 from atomistic.lammps.shape import Shape, map_of
-from continuum.errors import InputError
+from continuum.inputs.errors import InputError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.walls import Wall

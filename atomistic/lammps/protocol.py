@@ -23,7 +23,7 @@ LOAD_TOLERANCE = 1e-6
 class Protocol:
     """The steps of a deck instead of one equilibrium, and the script that runs them.
 
-    Its numbers are those of a table [protocol] (:mod:`atomistic.config.motion`), which has their bounds, and of the
+    Its numbers are those of a table [protocol] (:mod:`atomistic.inputs.motion`), which has their bounds, and of the
     lattice solution.
     """
 

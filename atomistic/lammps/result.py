@@ -20,11 +20,11 @@ from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.directory import FORMAT, finished_steps, read_slab
 from atomistic.lammps.protocol import ENERGIES, LOAD_TOLERANCE
 from atomistic.lammps.trace import mean_and_error, read_trace
-from continuum.errors import InputError, StickinessError
+from continuum.inputs.errors import InputError, StickinessError
+from continuum.inputs.units import Units
 from continuum.measure.contact import quantity
 from continuum.model.fourier import Real
 from continuum.solve.solution import NotConvergedError
-from continuum.units import Units
 
 FORCES = {"load": "force", "target_load": "target_force"}
 """Names in ``result.json`` of forces, as a load is per area here."""

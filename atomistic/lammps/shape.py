@@ -21,8 +21,8 @@ import numpy as np
 import scipy
 
 from atomistic.lammps.language import atom_variable, filled, formatted, read_template, vector
-from continuum.arguments import ArgumentError, count, flag, pair
-from continuum.arguments import number as number_of
+from continuum.inputs.arguments import ArgumentError, count, flag, pair
+from continuum.inputs.arguments import number as number_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Surface

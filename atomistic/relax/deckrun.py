@@ -23,12 +23,8 @@ from atomistic.lammps.result import (
     read_result,
 )
 from atomistic.relax.windows import EnergyBalance, WindowMean, errors_of_one_state
-from continuum.arguments import choice
-from continuum.arguments import field as map_of
-from continuum.files import store
-from continuum.files.output import folder
-from continuum.files.provenance import provenance
-from continuum.files.store import Dataset, columns
+from continuum.inputs.arguments import choice
+from continuum.inputs.arguments import field as map_of
 from continuum.measure.contact import Totals, contact_map, quantity, shared
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
@@ -37,6 +33,10 @@ from continuum.model.surface import moments
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import Settings
+from continuum.store import datasets as store
+from continuum.store.datasets import Dataset, columns
+from continuum.store.output import folder
+from continuum.store.provenance import provenance
 
 SCHEMA, VERSION = "stickiness/deck-run", 2
 TOTALS = ("load", "load_rep", "lateral_x", "lateral_y", "wall_energy", "total_energy")

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from atomistic.config.crystal import CrystalTable, DeckSolverTable, ElasticConfig
-from atomistic.config.deck import DeckConfig, TopographySurface
-from atomistic.config.motion import HOTTEST, Steps, thermal_energy
-from atomistic.config.quantities import QUANTITIES, in_reduced, with_units
 from atomistic.crystal.crystal import AnySlab, Slab, distortion
 from atomistic.crystal.model import AnyCrystalModel, AnyModel, Potential, check_model
 from atomistic.crystal.potentials import comes_with_lammps
+from atomistic.inputs.crystal import CrystalTable, DeckSolverTable, ElasticConfig
+from atomistic.inputs.deck import DeckConfig, TopographySurface
+from atomistic.inputs.motion import HOTTEST, Steps, thermal_energy
+from atomistic.inputs.quantities import QUANTITIES, in_reduced, with_units
 from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal, crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
@@ -30,10 +30,12 @@ from atomistic.relax.specimen import AnySpecimen, Specimen, slab_below, slab_of,
 from atomistic.response.bulk import model_below
 from atomistic.response.cache import default_folder
 from atomistic.response.thermal import warm_crystal
-from continuum.arguments import ArgumentError
-from continuum.files.inputs import parsed
-from continuum.files.tables import refuse
-from continuum.files.toml import ConfigError, Source, find
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.document import refuse
+from continuum.inputs.reading import parsed
+from continuum.inputs.tables import Fault, Table
+from continuum.inputs.toml import ConfigError, Source, find
+from continuum.inputs.units import Units, parse
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope
@@ -41,8 +43,6 @@ from continuum.model.surface import Surface, moments
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import NotConvergedError
-from continuum.tables import Fault, Table
-from continuum.units import Units, parse
 
 _ALIKE = 1e-6
 """Relative difference of two periods that are the same, as they were typed with a few digits."""

@@ -5,24 +5,24 @@ from dataclasses import replace
 from math import ceil
 from pathlib import Path
 
-from atomistic.config.deck import DeckConfig
-from atomistic.config.motion import FASTEST, HOTTEST, MotionTable, Steps, thermal_energy
 from atomistic.crystal.crystal import AnySlab
 from atomistic.crystal.model import AnyModel
+from atomistic.inputs.deck import DeckConfig
+from atomistic.inputs.motion import FASTEST, HOTTEST, MotionTable, Steps, thermal_energy
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.protocol import largest_timestep
 from atomistic.lammps.shape import Shape
-from continuum.arguments import ArgumentError
-from continuum.files.tables import refuse
-from continuum.files.toml import ConfigError, Source
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.document import refuse
+from continuum.inputs.tables import Fault
+from continuum.inputs.toml import ConfigError, Source
+from continuum.inputs.units import readable
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.path.state import Outcome, PathState
 from continuum.solve.solution import NotConvergedError, Settings
-from continuum.tables import Fault
-from continuum.units import readable
 
 FARTHEST = 100.0
 """Largest distance of the wall's lowest point from the surface, in a0, beyond the range of any law."""

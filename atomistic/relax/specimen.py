@@ -6,11 +6,11 @@ from typing import Any, Self, cast
 
 import numpy as np
 
-from atomistic.config.crystal import CrystalTable
-from atomistic.config.deck import DeckConfig
-from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import AnySlab, AtomSlab, Slab
 from atomistic.crystal.model import AnyCrystalModel, AnyModel, Model, check_model
+from atomistic.inputs.crystal import CrystalTable
+from atomistic.inputs.deck import DeckConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.session import Session
 from atomistic.relax.relax import lattice_start
@@ -18,15 +18,15 @@ from atomistic.response.bulk import at_rest, slab_of_table
 from atomistic.response.cache import default_folder, response_key, stored_response
 from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of
-from continuum.arguments import ArgumentError
-from continuum.files.store import Attribute
-from continuum.files.tables import refuse
-from continuum.granted import granted_memory
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.document import refuse
+from continuum.inputs.tables import Fault
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import TabulatedSubstrate
 from continuum.model.walls import LennardJonesSpline, Wall
-from continuum.tables import Fault
+from continuum.store.datasets import Attribute
+from continuum.store.granted import granted_memory
 
 BYTES, BYTES_PER_ATOM = 2.5e8, 1600
 """Memory of a process: that of the libraries, and roughly that of each atom."""

@@ -12,16 +12,16 @@ from functools import singledispatch
 
 import numpy as np
 
-from atomistic.config.crystal import CrystalTable
 from atomistic.crystal.crystal import AtomSlab
 from atomistic.crystal.faces import CrystalCell, cell_of, size_of_atoms, slab_of_atoms
 from atomistic.crystal.interatomic import Springs
 from atomistic.crystal.model import AnyCrystalModel, AnyModel, Potential
 from atomistic.crystal.potentials import PotentialError
+from atomistic.inputs.crystal import CrystalTable
 from atomistic.lammps.session import Cell
 from atomistic.response.material import STEP, model_of, require_style
-from continuum import possible
-from continuum.arguments import ArgumentError
+from continuum.inputs import possible
+from continuum.inputs.arguments import ArgumentError
 from continuum.model.cubic import CubicConstants, anisotropic_contact_modulus, rotated, tensor_of
 from continuum.model.fourier import Real
 

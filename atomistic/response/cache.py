@@ -14,13 +14,14 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.model import Model
 from atomistic.response.force_constants import ForceConstants, SymmetryErrors
 from atomistic.response.lattice import LatticeResponse
-from continuum import caches
-from continuum.errors import OutputError
-from continuum.files import output, store
-from continuum.files.hdf5 import StoreError, understood
-from continuum.files.provenance import journal, provenance
-from continuum.files.store import Dataset
+from continuum.inputs.errors import OutputError
+from continuum.model import caches
 from continuum.model.grid import Grid
+from continuum.store import datasets as store
+from continuum.store import output
+from continuum.store.datasets import Dataset
+from continuum.store.hdf5 import StoreError, understood
+from continuum.store.provenance import journal, provenance
 
 SCHEMA, VERSION = "stickiness/lattice-response", 1
 """The version is increased whenever the measurement or the layout changes."""

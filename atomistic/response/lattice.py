@@ -31,8 +31,8 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.crystal.model import Model, check_model
 from atomistic.crystal.potentials import PotentialError
 from atomistic.response.force_constants import ForceConstants, force_constants, least_width, spring_force_constants
-from continuum.arguments import ArgumentError, array, instance
-from continuum.arguments import field as map_of
+from continuum.inputs.arguments import ArgumentError, array, instance
+from continuum.inputs.arguments import field as map_of
 from continuum.model import fourier
 from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Complex, Real

@@ -13,7 +13,7 @@ from atomistic.crystal.model import Crystal, CrystalModel, Model, Potential, is_
 from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.engine import pair_styles
 from atomistic.lammps.session import Cell
-from continuum.files.toml import slip
+from continuum.inputs.toml import slip
 from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Real
 

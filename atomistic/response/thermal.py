@@ -18,9 +18,9 @@ from atomistic.lammps.engine import Progress
 from atomistic.lammps.protocol import BOLTZMANN, time_unit, vibration_timestep
 from atomistic.lammps.session import Cell
 from atomistic.response.force_constants import least_width
-from continuum.errors import OutputError
-from continuum.files import output
+from continuum.inputs.errors import OutputError
 from continuum.model.fourier import Real
+from continuum.store import output
 
 _Crystal = CrystalModel | AnyCrystalModel
 VERSION = 1

@@ -8,9 +8,9 @@ from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.model import ContactModulus, Model, measured
 from atomistic.response.force_constants import relaxation
 from atomistic.response.lattice import Discreteness, LatticeResponse
-from continuum.sheet import Column, Entry, Sheet, pairs
+from continuum.inputs.units import GPA_PER_EV_PER_A3
 from continuum.show import plot
-from continuum.units import GPA_PER_EV_PER_A3
+from continuum.store.sheet import Column, Entry, Sheet, pairs
 
 _RELAXED = 40
 """Layers of the slab whose surface relaxes."""

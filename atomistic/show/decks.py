@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from atomistic.lammps.directory import wall_mesh
 from atomistic.lammps.result import HCP, DeckResult, DeckStatus, read_result
 from atomistic.relax.deckrun import ContinuumStep, DeckSteps
-from continuum.files.output import save as save_file
+from continuum.inputs.units import per_area, readable
 from continuum.measure.contact import contact_map
-from continuum.sheet import Column, Entry, Sheet, pairs, words
 from continuum.show.plot import PAGE, SERIES, contact_image, legend_under, letter_panels, new_axes, save_figure, styled
-from continuum.units import per_area, readable
+from continuum.store.output import save as save_file
+from continuum.store.sheet import Column, Entry, Sheet, pairs, words
 
 _JUMP = 0.25
 """Change of the contact area from one step to the next that is drawn as a jump."""

@@ -10,19 +10,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from atomistic.config.validate import ValidateConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
 from atomistic.ladder.budget import BoundVerdict
 from atomistic.ladder.comparison import GEOMETRY, STEPS, StepName
 from atomistic.ladder.ensemble import untested
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS, WORDS
+from continuum.inputs.units import GPA_PER_EV_PER_A3, Units, per_area
 from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace, Layer
-from continuum.sheet import Column, Entry, Sheet, pairs
 from continuum.show import plot
 from continuum.show.page import Page
-from continuum.units import GPA_PER_EV_PER_A3, Units, per_area
+from continuum.store.sheet import Column, Entry, Sheet, pairs
 
 LABELS = WORDS | {"half-space": "half-space, ν = 1/2", "layer": "layer, ν = 1/2", "atoms": "atoms (LAMMPS)"}
 _CHECKED = {"long waves": ("half-space", "crystal"), "law in LAMMPS": ("law",)}

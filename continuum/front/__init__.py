@@ -1,4 +1,4 @@
-"""The public functions and classes of ``continuum``: contacts, runs, sweeps, predictions.
+"""What a person calls: the public functions and classes of ``continuum``, and the commands made from them.
 
-Each command calls one of them.  Results show themselves as small tables in a notebook.
+Results show themselves as small tables in a notebook.
 """

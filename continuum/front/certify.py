@@ -6,11 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from continuum.arguments import count, file_name, function
-from continuum.errors import StickinessError
-from continuum.files import store
-from continuum.files.hdf5 import StoreError
 from continuum.front.whole_file import EXACT, FileCertificate, certify_file
+from continuum.inputs.arguments import count, file_name, function
+from continuum.inputs.errors import StickinessError
 from continuum.measure.certificate import (
     NO_TRACTION,
     Check,
@@ -27,14 +25,16 @@ from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import Control, Search, height, nearness
-from continuum.runs.build import RunSetup, build
-from continuum.runs.record import Point, Record
-from continuum.runs.result import Result
-from continuum.runs.run import states_of
-from continuum.sheet import Column, Sheet, Shown
 from continuum.show.checks import quantities
-from continuum.sweeps.folder import Folder
-from continuum.sweeps.listing import systems_of
+from continuum.store import datasets as store
+from continuum.store.hdf5 import StoreError
+from continuum.store.runs.build import RunSetup, build
+from continuum.store.runs.record import Point, Record
+from continuum.store.runs.result import Result
+from continuum.store.runs.run import states_of
+from continuum.store.sheet import Column, Sheet, Shown
+from continuum.store.sweeps.folder import Folder
+from continuum.store.sweeps.listing import systems_of
 
 ENOUGH = 1.5
 """Factor by which residuals may exceed tolerance and rounding, as finite differences smooth a kink of the law: 1.3 was

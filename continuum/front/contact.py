@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any, Self, SupportsIndex, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from continuum.arguments import ArgumentError, file_name, function, instance, number, pair, several
-from continuum.arguments import field as map_of
-from continuum.files.vtk import save_image
+from continuum.inputs.arguments import ArgumentError, file_name, function, instance, number, pair, several
+from continuum.inputs.arguments import field as map_of
 from continuum.measure import contact as contacts
 from continuum.measure.contact import Equilibrium, Measurement
 from continuum.measure.curve import Adhesion, Curve, adhesion
@@ -32,10 +31,11 @@ from continuum.path.gradient import Given, Number, gradient
 from continuum.path.state import Event, PathState, Search, settled
 from continuum.path.threshold import Threshold, core_stiffness, press_without_adhesion
 from continuum.path.threshold_search import WallOfWork, bracket_threshold, first_work, laws_of
-from continuum.runs.config import SolverTable
-from continuum.sheet import Column, Sheet, pairs
 from continuum.solve.solution import NotConvergedError, Settings
 from continuum.solve.stability import Stability
+from continuum.store.runs.config import SolverTable
+from continuum.store.sheet import Column, Sheet, pairs
+from continuum.store.vtk import save_image
 
 if TYPE_CHECKING:
     import pandas
@@ -503,7 +503,7 @@ class LoadingPath(Sequence[State]):
 
     def to_pandas(self) -> pandas.DataFrame:
         """One row for each state; ``attrs["units"]`` has the unit of each column."""
-        from continuum.runs.frames import frame_of  # pandas takes half a second to import
+        from continuum.store.runs.frames import frame_of  # pandas takes half a second to import
 
         return frame_of(self, Equilibrium)
 

@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from continuum import caches, installed
-from continuum.files.provenance import version_of
-from continuum.model import laws
+from continuum.front import installed
+from continuum.model import caches, laws
 from continuum.model.kept import folder_of_compiled
-from continuum.sheet import Sheet, pairs
 from continuum.show.console import report
+from continuum.store.provenance import version_of
+from continuum.store.sheet import Sheet, pairs
 
 
 @dataclass(frozen=True)

@@ -8,21 +8,21 @@ from typing import Any, get_args
 
 from numpy.typing import ArrayLike
 
-from continuum.arguments import choice, count, file_name, flag
-from continuum.files.inputs import load
-from continuum.files.toml import find
-from continuum.sheet import Sheet
+from continuum.inputs.arguments import choice, count, file_name, flag
+from continuum.inputs.reading import load
+from continuum.inputs.toml import find
+from continuum.maps.map import Topography, TopographyError
+from continuum.maps.mending import Detrending, prepare
+from continuum.maps.quantities import length_of, share
+from continuum.maps.reading import read_all
+from continuum.maps.verdict.materials import InterfaceError, read_interface
+from continuum.maps.verdict.prediction import PredictionNumbers, prediction_of
+from continuum.maps.verdict.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.show.answer import statements
 from continuum.show.prediction import prediction_sheets, write_prediction
 from continuum.show.prediction_data import as_json, row
 from continuum.solve.solution import MOST_THREADS
-from continuum.sticky.materials import InterfaceError, read_interface
-from continuum.sticky.prediction import PredictionNumbers, prediction_of
-from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
-from continuum.topography.map import Topography, TopographyError
-from continuum.topography.mending import Detrending, prepare
-from continuum.topography.quantities import length_of, share
-from continuum.topography.reading import read_all
+from continuum.store.sheet import Sheet
 
 READ = frozenset(OPTIONS) & frozenset(inspect.signature(read_all).parameters)
 """Arguments for reading the maps."""

@@ -4,15 +4,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from continuum.arguments import ArgumentError, file_name
-from continuum.errors import InputError
 from continuum.front.predict import predict
-from continuum.sheet import Sheet, Shown
+from continuum.inputs.arguments import ArgumentError, file_name
+from continuum.inputs.errors import InputError
+from continuum.maps.quantities import PER_MAP
+from continuum.maps.verdict.materials import InterfaceError, read_interface
+from continuum.maps.verdict.study import Scan, Spot, StudyNumbers, ranked, scans
+from continuum.maps.verdict.tables import OPTIONS, InterfaceTable
 from continuum.show.study import study_sheets, write_study
-from continuum.sticky.materials import InterfaceError, read_interface
-from continuum.sticky.study import Scan, Spot, StudyNumbers, ranked, scans
-from continuum.sticky.tables import OPTIONS, InterfaceTable
-from continuum.topography.quantities import PER_MAP
+from continuum.store.sheet import Sheet, Shown
 
 _KNOWN = (frozenset(OPTIONS) - {"join"}) | {"solve", "threads"}
 

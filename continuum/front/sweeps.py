@@ -13,30 +13,30 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import continuum.sweeps.collect
-from continuum.arguments import ArgumentError, count, file_name, flag, function, instance, number, pair
-from continuum.files import store
-from continuum.files.inputs import InputFile, settings_of
-from continuum.files.output import LockedError, folder, save
-from continuum.files.provenance import provenance
-from continuum.files.store import Dataset
-from continuum.files.toml import text_of
-from continuum.granted import granted_memory
+import continuum.store.sweeps.collect
+from continuum.inputs.arguments import ArgumentError, count, file_name, flag, function, instance, number, pair
+from continuum.inputs.reading import InputFile, settings_of
+from continuum.inputs.toml import text_of
 from continuum.model.grid import Grid
-from continuum.runs.cost import Cost, cost_of, pair_seconds
-from continuum.sheet import Column, Sheet
 from continuum.solve.backend import back_end
-from continuum.sweeps.axes import Sweep
-from continuum.sweeps.cluster import Allocation, slurm_script
-from continuum.sweeps.collect import PointTable
-from continuum.sweeps.collect import SweepRun as SweepRun
-from continuum.sweeps.columns import ColumnFunction, functions_by_name
-from continuum.sweeps.crossings import Crossing, crossings_of, crossings_sheet, done_before, solve_task
-from continuum.sweeps.folder import Folder
-from continuum.sweeps.jobs import SweepTask
-from continuum.sweeps.listing import systems_of
-from continuum.sweeps.sweep import SystemTask, begin, record, record_death
-from continuum.sweeps.workers import Message, Task, TaskResult, check_workers, require_scheduler, run_tasks
+from continuum.store import datasets as store
+from continuum.store.datasets import Dataset
+from continuum.store.granted import granted_memory
+from continuum.store.output import LockedError, folder, save
+from continuum.store.provenance import provenance
+from continuum.store.runs.cost import Cost, cost_of, pair_seconds
+from continuum.store.sheet import Column, Sheet
+from continuum.store.sweeps.axes import Sweep
+from continuum.store.sweeps.cluster import Allocation, slurm_script
+from continuum.store.sweeps.collect import PointTable
+from continuum.store.sweeps.collect import SweepRun as SweepRun
+from continuum.store.sweeps.columns import ColumnFunction, functions_by_name
+from continuum.store.sweeps.crossings import Crossing, crossings_of, crossings_sheet, done_before, solve_task
+from continuum.store.sweeps.folder import Folder
+from continuum.store.sweeps.jobs import SweepTask
+from continuum.store.sweeps.listing import systems_of
+from continuum.store.sweeps.sweep import SystemTask, begin, record, record_death
+from continuum.store.sweeps.workers import Message, Task, TaskResult, check_workers, require_scheduler, run_tasks
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]
@@ -77,7 +77,7 @@ def sweep(
     settings : values for keys of the input; a list for a key on an axis.
     reduced : use the smaller sizes of [sweep.reduced]: minutes instead of days.
     workers : number of processes; one by default, or one for each GPU; fewer if memory does not suffice.  With 0 the
-        folder is made and nothing is run: the result has the :meth:`~continuum.sweeps.collect.SweepRun.jobs` for
+        folder is made and nothing is run: the result has the :meth:`~continuum.store.sweeps.collect.SweepRun.jobs` for
         another scheduler.
     threads : threads of the solver of each system.
     device : device of the solver, instead of ``[solver] device`` of the input: cpu, cuda (a GPU) or a library.
@@ -233,7 +233,7 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     """
     root = file_name("sweep", sweep)
     place = root if output is None else file_name("output", output)
-    found = continuum.sweeps.collect.collect(root, keep=True)
+    found = continuum.store.sweeps.collect.collect(root, keep=True)
     Folder(place).require_tables_of_ours()
     text, cube = Folder(folder(place)).tables
     held = found.to_xarray()

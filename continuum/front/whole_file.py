@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from continuum.files import store
-from continuum.files.hdf5 import understood
-from continuum.files.identity import identity
-from continuum.files.store import Attribute
 from continuum.measure.certificate import SINGLE, Check, Examination, moments_of, same_text
-from continuum.runs.build import RunSetup
-from continuum.runs.record import Record
-from continuum.runs.result import Result
-from continuum.runs.run import attributes_of, positions_of
-from continuum.sweeps.measured import COLUMNS, MEASURED_TABLE, measured_columns, numbers_of
+from continuum.store import datasets as store
+from continuum.store.datasets import Attribute
+from continuum.store.hdf5 import understood
+from continuum.store.identity import identity
+from continuum.store.runs.build import RunSetup
+from continuum.store.runs.record import Record
+from continuum.store.runs.result import Result
+from continuum.store.runs.run import attributes_of, positions_of
+from continuum.store.sweeps.measured import COLUMNS, MEASURED_TABLE, measured_columns, numbers_of
 
 EXACT = 1e-12
 """Relative difference of numbers that are the same but for their last digits."""

@@ -7,12 +7,12 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from continuum.arguments import ArgumentError, field, number, pair
-from continuum.keys import Seed
+from continuum.inputs.arguments import ArgumentError, field, number, pair
+from continuum.inputs.keys import Seed
+from continuum.inputs.tables import Description, Fault, constraint
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments, Surface, shifted
-from continuum.tables import Description, Fault, constraint
 
 _Shift = Annotated[float, Field(ge=-1e6, le=1e6)]
 BEYOND = "no shift, or one of zero, where nothing is repeated"

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from continuum.arguments import array, count, number, pair
-from continuum.keys import LARGEST, LARGEST_N, SMALLEST, ForBoth, Points
+from continuum.inputs.arguments import array, count, number, pair
+from continuum.inputs.keys import LARGEST, LARGEST_N, SMALLEST, ForBoth, Points
+from continuum.inputs.tables import Fault, Table, constraint
 from continuum.model import fourier
 from continuum.model.fourier import Complex, Real, block_edges, padded
-from continuum.tables import Fault, Table, constraint
 
 SHORTEST, LONGEST = SMALLEST, LARGEST
 """Bounds of periods, in any unit, within which fourth powers of wavevectors do not overflow."""

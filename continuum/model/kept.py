@@ -21,7 +21,7 @@ from numba import njit
 from numba.core import caching as numba_caching
 from numba.core import serialize
 
-from continuum import caches
+from continuum.model import caches
 
 Compiled = TypeVar("Compiled", bound=Callable[..., object])
 caching: Any = numba_caching  # without types

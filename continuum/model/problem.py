@@ -17,7 +17,7 @@ from typing import Self
 
 import numpy as np
 
-from continuum.arguments import field
+from continuum.inputs.arguments import field
 from continuum.model.fourier import Complex, Real
 from continuum.model.grid import Grid
 from continuum.model.open_boundary import OpenBoundary

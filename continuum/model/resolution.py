@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import LARGEST_SLOPE

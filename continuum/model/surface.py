@@ -9,11 +9,11 @@ from typing import Annotated, ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from continuum.arguments import ArgumentError, field, instance
-from continuum.keys import Fraction, Positive
+from continuum.inputs.arguments import ArgumentError, field, instance
+from continuum.inputs.keys import Fraction, Positive
+from continuum.inputs.tables import Description, Fault, constraint
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.tables import Description, Fault, constraint
 
 SMALLEST_SLOPE, LARGEST_SLOPE = 1e-100, 10.0
 """Bounds of the rms slope: below, its square underflows; above, heights are probably in other units than a0."""

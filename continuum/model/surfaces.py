@@ -9,13 +9,13 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from continuum.arguments import ArgumentError, count, instance
-from continuum.keys import LARGEST_N, InInputs, Positive, Seed
+from continuum.inputs.arguments import ArgumentError, count, instance
+from continuum.inputs.keys import LARGEST_N, InInputs, Positive, Seed
+from continuum.inputs.tables import Fault, constraint
 from continuum.model import surface
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments, SelfAffineSpectrum, Slope, Surface
-from continuum.tables import Fault, constraint
 
 HIGHEST = 1e30
 """Larger heights, in a0, are refused: their squares would overflow."""

@@ -24,7 +24,7 @@ from pandas import DataFrame, Series, read_csv
 
 from continuum.paper.points import alike, chosen
 from continuum.paper.relations import largest_tension
-from continuum.sheet import Sheet
+from continuum.store.sheet import Sheet
 from continuum.theory import paper, rough
 
 Word = Literal["reproduced", "reproduced with a remark", "not reproduced", "not tested"]

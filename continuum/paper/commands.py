@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from continuum.front import commands as front
-from continuum.options import FIGURES, like
+from continuum.front import runs as front
+from continuum.front.options import FIGURES, like
 from continuum.paper import publication
 from continuum.paper.examples import examples as paper_examples
 from continuum.show.console import report

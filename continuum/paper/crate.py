@@ -10,8 +10,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from continuum.arguments import ArgumentError
-from continuum.files.provenance import Citation
+from continuum.inputs.arguments import ArgumentError
+from continuum.store.provenance import Citation
 
 CRATE = "ro-crate-metadata.json"
 _ORCID = re.compile(r"(.*?)[;\s(]*(?:https://orcid\.org/)?(\d{4}-\d{4}-\d{4}-\d{3}[\dX])\)?\s*")

@@ -17,16 +17,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from pandas import DataFrame, Series
 
-from continuum.files import output
+from continuum.maps.verdict.criteria import AREA, CRITERIA, Criterion, RoughContact
 from continuum.measure.curve import adhesion
 from continuum.model.grid import Grid
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.figures import Drawing, save_drawing
 from continuum.paper.points import ENOUGH, FigureError, alike, curve_of, sweep_points
-from continuum.sheet import Sheet
 from continuum.show import plot
-from continuum.sticky.criteria import AREA, CRITERIA, Criterion, RoughContact
-from continuum.sweeps.collect import PointTable
+from continuum.store import output
+from continuum.store.sheet import Sheet
+from continuum.store.sweeps.collect import PointTable
 from continuum.theory import rough
 
 NEAR = 1.1

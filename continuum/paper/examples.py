@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from continuum.maps.verdict.materials import Body, interface, materials
 from continuum.model.cubic import CubicConstants, directional_contact_modulus
 from continuum.model.walls import InversePowers, LennardJonesSpline
-from continuum.sticky.materials import Body, interface, materials
 from continuum.theory import paper, rough
 
 _SHELLS = 24

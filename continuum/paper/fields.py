@@ -21,9 +21,9 @@ from continuum.measure.outline import Mask, perimeter_map
 from continuum.measure.profile import GapProfile
 from continuum.model.fourier import Real
 from continuum.paper.points import LENGTH, SweepData, adhesion_colour, adhesion_key
-from continuum.runs.result import MeasuredPoint, Result, gap_ratio
 from continuum.show import plot
-from continuum.sweeps.folder import Folder
+from continuum.store.runs.result import MeasuredPoint, Result, gap_ratio
+from continuum.store.sweeps.folder import Folder
 from continuum.theory import paper
 
 _MAP_AREA = 0.02

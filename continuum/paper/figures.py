@@ -10,11 +10,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from pandas import DataFrame
 
-from continuum.files import output
 from continuum.paper import fields, relations
 from continuum.paper.points import FigureError, SweepData, chosen, figure_table
-from continuum.sheet import Sheet
 from continuum.show import plot
+from continuum.store import output
+from continuum.store.sheet import Sheet
 
 Select = Callable[[SweepData], Sized]
 

@@ -9,15 +9,15 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from pandas import DataFrame
 
-from continuum.arguments import choice, file_name
-from continuum.files import output
 from continuum.front.sweeps import SweepRun
+from continuum.inputs.arguments import choice, file_name
 from continuum.paper.claims import Claim, Finding, Word, claim_points, claim_verdicts, stored_points, verdict_sheet
 from continuum.paper.dispute import write_dispute
 from continuum.paper.figures import FIGURES, Drawing, save_drawing
 from continuum.paper.points import FigureError, SweepData
-from continuum.sheet import Sheet
-from continuum.sweeps.collect import PointTable, collect
+from continuum.store import output
+from continuum.store.sheet import Sheet
+from continuum.store.sweeps.collect import PointTable, collect
 
 NAMES = (*FIGURES, "verdicts", "page", "dispute")
 """Names that ``continuum plot`` knows."""

@@ -15,10 +15,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from pandas import DataFrame, Series
 
-from continuum.errors import InputError
+from continuum.inputs.errors import InputError
 from continuum.measure.curve import Curve
-from continuum.sweeps.collect import PointTable
-from continuum.sweeps.measured import COLUMNS
+from continuum.store.sweeps.collect import PointTable
+from continuum.store.sweeps.measured import COLUMNS
 from continuum.theory.paper import ExpectedContact
 
 ENOUGH = 10.0
@@ -47,7 +47,7 @@ class FigureError(InputError, ValueError):
 def sweep_points(table: PointTable) -> DataFrame:
     """Converged points of a sweep, one per row.
 
-    Columns are those of :data:`continuum.sweeps.measured.COLUMNS`, lengths in a0, and
+    Columns are those of :data:`continuum.store.sweeps.measured.COLUMNS`, lengths in a0, and
 
     * ``hurst``, ``slope`` (h' that was asked for), ``lambda_s``, ``lambda_L``, ``seed``, ``law``, ``shape``: the input;
     * ``sweep.KEY``: what the input has on an axis of the sweep, as text;

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from continuum.arguments import ArgumentError, file_name, flag
-from continuum.errors import OutputError
-from continuum.files import output as files
-from continuum.files.provenance import Citation, now, provenance
 from continuum.front.sweeps import sweep_collect
+from continuum.inputs.arguments import ArgumentError, file_name, flag
+from continuum.inputs.errors import OutputError
 from continuum.paper.crate import CRATE, Creator, crate, software_identifier
-from continuum.sweeps.collect import LeftOutWarning, PointTable
-from continuum.sweeps.folder import Folder
+from continuum.store import output as files
+from continuum.store.provenance import Citation, now, provenance
+from continuum.store.sweeps.collect import LeftOutWarning, PointTable
+from continuum.store.sweeps.folder import Folder
 
 SUMS = "SHA256SUMS"
 _MARK = f"# written by `continuum sweep publish`; checked by `sha256sum -c {SUMS}`\n"

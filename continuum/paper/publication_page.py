@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from continuum.files.provenance import Citation, provenance
 from continuum.paper.claims import claim_verdicts, verdict_sheet
 from continuum.paper.crate import CRATE, Creator
 from continuum.paper.figures import save_drawing
 from continuum.paper.page import drawings_of, provenance_line
 from continuum.paper.points import SweepData
-from continuum.sheet import Column, Sheet, pairs
 from continuum.show.page import Page
-from continuum.sweeps.collect import PointTable
-from continuum.sweeps.crossings import crossings_sheet
+from continuum.store.provenance import Citation, provenance
+from continuum.store.sheet import Column, Sheet, pairs
+from continuum.store.sweeps.collect import PointTable
+from continuum.store.sweeps.crossings import crossings_sheet
 
 _KEYWORDS = ["contact mechanics", "adhesion", "surface roughness", "tribology"]
 _SAID = {

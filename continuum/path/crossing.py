@@ -2,8 +2,8 @@
 
 A threshold of stickiness is the work of adhesion at which the load changes its sign, and its trials are states
 (:mod:`continuum.path.threshold_search`); the search of a sweep goes along any key for any column of its table, and its
-trials are systems (:mod:`continuum.sweeps.bisection`).  The next trial follows from the bracket alone, so that a search
-goes on from its trials as if it had never stopped.
+trials are systems (:mod:`continuum.store.sweeps.bisection`).  The next trial follows from the bracket alone, so that a
+search goes on from its trials as if it had never stopped.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.state import Branch, Control, PathState, coordinate, gone, state_of

@@ -31,7 +31,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from continuum.arguments import ArgumentError, choice, field, function, instance, number
+from continuum.inputs.arguments import ArgumentError, choice, field, function, instance, number
 from continuum.measure.contact import area_by_lines
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from continuum.arguments import ArgumentError, field, number
+from continuum.inputs.arguments import ArgumentError, field, number
 from continuum.measure.contact import Totals, totals_of
 from continuum.model.fourier import Real
 from continuum.model.laws import evaluate

@@ -10,14 +10,14 @@ from typing import Annotated, Literal, NamedTuple, Self, get_args
 
 import numpy as np
 
-from continuum.arguments import choice, number
-from continuum.keys import Fraction, InInputs, Positive
+from continuum.inputs.arguments import choice, number
+from continuum.inputs.keys import Fraction, InInputs, Positive
+from continuum.inputs.tables import Description
 from continuum.measure.contact import Equilibrium, totals_of
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.crossing import Bracket
 from continuum.solve.solution import NotConvergedError, NotConvergedWarning, Solution, Status
-from continuum.tables import Description
 
 Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
 CONTROLS: tuple[Control, ...] = get_args(Control)

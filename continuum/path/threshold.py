@@ -31,7 +31,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from continuum.keys import LARGEST, SMALLEST
+from continuum.inputs.keys import LARGEST, SMALLEST
 from continuum.measure.contact import area_by_lines
 from continuum.measure.outline import patches, perimeter_map
 from continuum.model.fourier import Real

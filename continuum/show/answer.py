@@ -4,15 +4,15 @@ from functools import partial
 
 import numpy as np
 
-from continuum import units
+from continuum.inputs import units
+from continuum.maps.faults import NOT_GAUSSIAN
+from continuum.maps.verdict import criteria
+from continuum.maps.verdict.adhesion import CurvePoint
+from continuum.maps.verdict.prediction import PredictionNumbers
+from continuum.maps.verdict.probe import ProbePullOff
+from continuum.maps.verdict.threshold import Basis, MapThreshold
 from continuum.model.fourier import Real
 from continuum.show.prediction_data import remedy_options
-from continuum.sticky import criteria
-from continuum.sticky.adhesion import CurvePoint
-from continuum.sticky.prediction import PredictionNumbers
-from continuum.sticky.probe import ProbePullOff
-from continuum.sticky.threshold import Basis, MapThreshold
-from continuum.topography.faults import NOT_GAUSSIAN
 
 length = partial(units.readable, quantity="length", digits=3)
 pressure = partial(units.readable, quantity="pressure", digits=3)

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from itertools import groupby
 
 from continuum.measure.certificate import Examination
-from continuum.sheet import Column, Sheet
+from continuum.store.sheet import Column, Sheet
 
 
 def quantities(points: Iterable[Examination]) -> Sheet:

@@ -28,8 +28,8 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, StickinessError, shortened
-from continuum.sheet import WIDEST, Sheet
+from continuum.inputs.errors import BAD_INPUT, NOT_CONVERGED, OK, StickinessError, shortened
+from continuum.store.sheet import WIDEST, Sheet
 
 Voice = Literal["quiet", "normal", "verbose"]
 """Amount of output of a command.

@@ -8,8 +8,8 @@ from pathlib import Path
 from urllib.parse import quote
 
 import continuum
-from continuum.files import output
-from continuum.sheet import Sheet
+from continuum.store import output
+from continuum.store.sheet import Sheet
 
 PIXELS = 2
 """Pixels of a picture per point of the screen, so that a figure of the width of a printed page is as wide as the

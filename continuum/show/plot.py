@@ -22,8 +22,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 from matplotlib.transforms import ScaledTranslation
 
-from continuum.files import output
 from continuum.model.fourier import Real
+from continuum.store import output
 
 REPULSIVE_COLOUR, ATTRACTED_COLOUR = "#f08000", "black"
 """The paper's Fig. 1: orange repels, black attracts.  They also differ in lightness."""
@@ -223,7 +223,7 @@ def save_figure(
     """Write ``stem.png`` and ``stem.pdf``, the ``usual`` formats, or those of :func:`written_as`; returns the first.
 
     A figure of a ``page``, which shows it as PNG, is written as PNG, too, and first.  Files of other programs are kept
-    unless the folder is the program's ``own``: see :func:`continuum.files.output.save`.
+    unless the folder is the program's ``own``: see :func:`continuum.store.output.save`.
     """
     output.folder(stem.parent)
     formats = list(dict.fromkeys([*(["png"] if page else []), *(_formats.get() or usual)]))

@@ -5,19 +5,19 @@ from pathlib import Path
 
 import numpy as np
 
+from continuum.maps.map import Topography
+from continuum.maps.roughness import spectrum
+from continuum.maps.verdict.prediction import PredictionNumbers
+from continuum.maps.verdict.probe import ProbePullOff
+from continuum.maps.verdict.threshold import MapThreshold
 from continuum.model.surface import Moments
-from continuum.sheet import Column, Entry, Sheet, pairs
 from continuum.show import plot
 from continuum.show.answer import HOW, force, length, per_area, per_cent, pressure, statements
 from continuum.show.page import Page
 from continuum.show.prediction_data import areal, load_works
 from continuum.show.prediction_figures import fault_figure, load_figure, overview
-from continuum.sticky.prediction import PredictionNumbers
-from continuum.sticky.probe import ProbePullOff
-from continuum.sticky.threshold import MapThreshold
+from continuum.store.sheet import Column, Entry, Sheet, pairs
 from continuum.theory import paper
-from continuum.topography.map import Topography
-from continuum.topography.roughness import spectrum
 
 _ROWS = 12
 """Rows of the table of a curve."""

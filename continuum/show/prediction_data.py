@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from continuum.sheet import Sheet
-from continuum.sticky.prediction import PredictionNumbers
-from continuum.sticky.threshold import MapThreshold
-from continuum.topography.areal import areal_parameters
-from continuum.topography.faults import MapFault
-from continuum.topography.roughness import spectrum
+from continuum.maps.areal import areal_parameters
+from continuum.maps.faults import MapFault
+from continuum.maps.roughness import spectrum
+from continuum.maps.verdict.prediction import PredictionNumbers
+from continuum.maps.verdict.threshold import MapThreshold
+from continuum.store.sheet import Sheet
 
 AREAL = {"Sq": "m", "Sa": "m", "Sz": "m", "Sdq": "", "Sdr": "", "Ssk": "", "Sku": ""}
 """Columns of areal parameters (ISO 25178-2), with their units."""

@@ -6,17 +6,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from continuum import units
+from continuum.inputs import units
+from continuum.maps.faults import Findings
+from continuum.maps.map import Topography
+from continuum.maps.roughness import spectrum
+from continuum.maps.scanlines import line_offsets
+from continuum.maps.spectra import profile_spectrum
+from continuum.maps.verdict.prediction import PredictionNumbers
+from continuum.maps.verdict.threshold import MapThreshold, RangePoint
 from continuum.model.fourier import Real
 from continuum.show import plot
 from continuum.show.prediction_data import load_works
-from continuum.sticky.prediction import PredictionNumbers
-from continuum.sticky.threshold import MapThreshold, RangePoint
-from continuum.topography.faults import Findings
-from continuum.topography.map import Topography
-from continuum.topography.roughness import spectrum
-from continuum.topography.scanlines import line_offsets
-from continuum.topography.spectra import profile_spectrum
 
 _LINES: dict[str, Any] = {r"$\lambda_L$": ":", r"$\lambda_s$": "-.", "noise": (0, (1, 4))}
 """Lines at the ends of the fit in a spectrum."""

@@ -10,12 +10,12 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from continuum.arguments import file_name
+from continuum.inputs.arguments import file_name
 from continuum.measure.outline import patches, size_distribution
 from continuum.path.state import PathState
-from continuum.runs.record import Point
-from continuum.runs.result import Analysis, MeasuredPoint, Result
 from continuum.show import plot
+from continuum.store.runs.record import Point
+from continuum.store.runs.result import Analysis, MeasuredPoint, Result
 from continuum.theory import paper
 
 _AREA = r"$A_\mathrm{rep}/A_0$"

@@ -4,12 +4,12 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from continuum.files import output
-from continuum.sheet import Entry, Sheet
+from continuum.maps.verdict.study import SampleRank, StudyNumbers
 from continuum.show import plot
 from continuum.show.page import Page
 from continuum.show.prediction_data import as_csv, row
-from continuum.sticky.study import SampleRank, StudyNumbers
+from continuum.store import output
+from continuum.store.sheet import Entry, Sheet
 
 _NOTE = (
     "Sorted by w/w_c, the geometric mean over the spots of a sample: above 1 it is sticky.  The interval holds it with "

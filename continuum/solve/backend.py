@@ -64,7 +64,7 @@ class BackEnd(ABC):
         self.device = device
 
     def require(self) -> None:  # noqa: B027 (by default nothing is missing)
-        """Raise :class:`continuum.errors.InputError`, with what to install, where this machine cannot run it."""
+        """Raise :class:`continuum.inputs.errors.InputError`, with what to install, where this machine cannot run it."""
 
     def machine(self) -> str:
         """Name of what it runs on, beyond the name of the device; empty for nothing."""

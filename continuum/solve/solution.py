@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from continuum.arguments import count, number
-from continuum.errors import StickinessError
+from continuum.inputs.arguments import count, number
+from continuum.inputs.errors import StickinessError
 from continuum.model.fourier import Real
 from continuum.model.laws import Law, evaluate
 

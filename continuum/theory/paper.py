@@ -2,7 +2,7 @@
 
 Independent of the solver: numpy and scipy only.  Lengths are in any one unit, a0 in reduced units, and so are moduli;
 where E* enters it is the last argument, 1 unless given.  Whether they hold for a given contact is judged in
-:mod:`continuum.sticky.criteria`.  Smooth contacts are in :mod:`continuum.theory.smooth`, other theories of rough
+:mod:`continuum.maps.verdict.criteria`.  Smooth contacts are in :mod:`continuum.theory.smooth`, other theories of rough
 contact in :mod:`continuum.theory.rough`.
 
 Equations carry the numbers of the printed paper; in its source they have the labels (1) eqkappa, (3) eqrenkappa,

@@ -1,7 +1,7 @@
 """Other theories of rough contact: Persson, Fuller and Tabor, bearing area, and the energy of full contact.
 
 Independent of the solver.  Any consistent units; E* = 1 unless given.  The range of validity of each is in
-:mod:`continuum.sticky.criteria`.
+:mod:`continuum.maps.verdict.criteria`.
 """
 
 import math

@@ -21,14 +21,14 @@ import h5py
 import numpy as np
 
 import continuum as c
-from continuum.files.inputs import load
-from continuum.runs.build import build
-from continuum.runs.config import RunConfig
-from continuum.sweeps.axes import Axis, System
-from continuum.sweeps.collect import collect
-from continuum.sweeps.folder import Folder
-from continuum.sweeps.listing import SweepListing, listing_text, systems_of
-from continuum.sweeps.measured import COLUMNS
+from continuum.inputs.reading import load
+from continuum.store.runs.build import build
+from continuum.store.runs.config import RunConfig
+from continuum.store.sweeps.axes import Axis, System
+from continuum.store.sweeps.collect import collect
+from continuum.store.sweeps.folder import Folder
+from continuum.store.sweeps.listing import SweepListing, listing_text, systems_of
+from continuum.store.sweeps.measured import COLUMNS
 from docs.benchmarks.job import peak
 
 __all__ = ["MEASURED", "ONE"]

@@ -25,7 +25,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from continuum.files.provenance import now, provenance
+from continuum.store.provenance import now, provenance
 from docs.benchmarks import report
 from docs.benchmarks.atoms import CRYSTALS, WALLS
 from docs.benchmarks.cases import (

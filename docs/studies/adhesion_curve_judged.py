@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from pandas import DataFrame, Series, concat, read_csv
 
-from continuum.sheet import Sheet
-from continuum.sticky.adhesion import FEWEST_PATCHES, LARGEST_X, MOST_MOVED
+from continuum.maps.verdict.adhesion import FEWEST_PATCHES, LARGEST_X, MOST_MOVED
+from continuum.store.sheet import Sheet
 from docs.studies.adhesion_curve import FACTORS, FILE, SEEDS
 
 LEAST_AREA, ZERO = 1e-3, (5e-3, 0.12)

@@ -17,7 +17,7 @@ from pandas import DataFrame, concat, read_csv
 
 from continuum.paper.points import sweep_points
 from continuum.show import plot
-from continuum.sweeps.collect import collect
+from continuum.store.sweeps.collect import collect
 from docs.studies.judgement import MEASURED
 
 QUANTITIES = {

@@ -22,18 +22,18 @@ import numpy as np
 from pandas import read_csv
 from scipy.ndimage import gaussian_filter, grey_dilation
 
+from continuum.maps.map import Topography
+from continuum.maps.mending import detrend
+from continuum.maps.summits import summits_of
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.on_grid import UnresolvedError
+from continuum.maps.verdict.search import search_threshold
+from continuum.maps.verdict.threshold import press_map
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
-from continuum.sheet import Sheet
 from continuum.solve.solution import NotConvergedError
-from continuum.sticky.materials import Interface
-from continuum.sticky.on_grid import UnresolvedError
-from continuum.sticky.search import search_threshold
-from continuum.sticky.threshold import press_map
-from continuum.topography.map import Topography
-from continuum.topography.mending import detrend
-from continuum.topography.summits import summits_of
+from continuum.store.sheet import Sheet
 from docs.studies.judgement import MEASURED
 
 FILE = MEASURED / "classes.csv"

@@ -25,8 +25,8 @@ from continuum.model.problem import ContactProblem
 from continuum.model.surfaces import CylinderSurface, sine, sphere
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
-from continuum.sheet import Sheet
 from continuum.solve.solution import Settings
+from continuum.store.sheet import Sheet
 from continuum.theory.smooth import Hertz
 from docs.studies.tables import keep
 from tests.classical import Westergaard

@@ -20,12 +20,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import atomistic as a
-from atomistic.config.validate import ValidateConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import ensemble
 from atomistic.ladder.comparison import STEPS
 from atomistic.ladder.ensemble import Row
-from continuum.files.inputs import load
-from continuum.sheet import Column, Entry, Sheet
+from continuum.inputs.reading import load
+from continuum.store.sheet import Column, Entry, Sheet
 
 POTENTIALS = ("Cu_mishin1.eam.alloy", "Ni_u3.eam", "Al_zhou.eam.alloy")
 JUDGED = ("gold", "silver", ensemble.SPRINGS)

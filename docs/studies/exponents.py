@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from pandas import DataFrame
 
+from continuum.maps.verdict.criteria import AREA, RoughContact
 from continuum.paper.dispute import THEORIES, dispute_sheets
 from continuum.paper.points import ENOUGH
-from continuum.sticky.criteria import AREA, RoughContact
 
 COMPARED = (0.12, 0.08)
 """Ranges over h_rms that the page sets beside one another."""

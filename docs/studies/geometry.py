@@ -14,9 +14,9 @@ from continuum.measure.outline import areas, outline
 from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace
 from continuum.model.walls import HardWall
-from continuum.sheet import Sheet
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
+from continuum.store.sheet import Sheet
 
 
 def discs() -> Sheet:

@@ -12,10 +12,10 @@ from pathlib import Path
 
 from pandas import read_csv
 
-from continuum.files import output
 from continuum.paper.claims import stored_points
 from continuum.paper.figures import FIGURES
 from continuum.paper.page import page_text
+from continuum.store import output
 
 _SHOWN = re.compile(r"^!\[.*\]\((paper-[\w-]+)\.png\)\n\n.*$", re.MULTILINE)
 

@@ -29,7 +29,7 @@ from scipy.stats import t
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.points import ENOUGH, sweep_points
 from continuum.show import plot
-from continuum.sweeps.collect import collect
+from continuum.store.sweeps.collect import collect
 from docs.studies.law import PLATEAU, Real, fit, thresholds
 from docs.studies.threshold_of_atoms import AREA, RANGE
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from pandas import DataFrame, concat, read_csv
 
-from continuum.files.toml import find
+from continuum.inputs.toml import find
 from continuum.model.grid import Grid
 from continuum.model.surfaces import SelfAffineSurface
 from docs.studies.judgement import LEVEL, MEASURED, SURFACES, Mean, thresholds_of, with_ratios

@@ -17,8 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 from pandas import DataFrame, Series, read_csv
 
-from continuum.show import plot
-from continuum.sticky.threshold import (
+from continuum.maps.verdict.threshold import (
     ANY,
     BEYOND,
     BEYOND_FEW,
@@ -30,6 +29,7 @@ from continuum.sticky.threshold import (
     PressedMap,
     by_law,
 )
+from continuum.show import plot
 from docs.studies.judgement import COUNT, SURFACES, Mean, word
 from docs.studies.law import fit, thresholds
 from docs.studies.one_state import FILE, RESOLVED

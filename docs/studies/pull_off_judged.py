@@ -16,9 +16,9 @@ from matplotlib.ticker import NullLocator
 from pandas import DataFrame, Series
 from scipy.stats import t
 
+from continuum.maps.verdict.criteria import CRITERIA, RoughContact
 from continuum.paper.points import ENOUGH
 from continuum.show import plot
-from continuum.sticky.criteria import CRITERIA, RoughContact
 from docs.studies.judgement import BETTER, BIAS, SCATTER, TOO_BIASED, TOO_MUCH, Mean, scatter
 from docs.studies.law import Real
 from docs.studies.persson import PerssonContact

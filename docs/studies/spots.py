@@ -16,15 +16,15 @@ import numpy as np
 from pandas import DataFrame, read_csv
 
 import continuum as c
+from continuum.maps.map import Topography
+from continuum.maps.mending import detrend
+from continuum.maps.roughness import fit_self_affine, spectrum
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.sampling import ERRORS
+from continuum.maps.verdict.threshold import MapThreshold, PressedMap, press_map
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.sheet import Sheet
-from continuum.sticky.materials import Interface
-from continuum.sticky.sampling import ERRORS
-from continuum.sticky.threshold import MapThreshold, PressedMap, press_map
-from continuum.topography.map import Topography
-from continuum.topography.mending import detrend
-from continuum.topography.roughness import fit_self_affine, spectrum
+from continuum.store.sheet import Sheet
 from docs.studies.one_state import Rng, unit
 
 FILE = Path(__file__).parents[1] / "measured" / "spots.csv"

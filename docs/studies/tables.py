@@ -9,7 +9,7 @@ import csv
 import sys
 from pathlib import Path
 
-from continuum.sheet import Sheet
+from continuum.store.sheet import Sheet
 from docs.studies.judgement import MEASURED
 
 FOLDER = MEASURED / "tables"

@@ -28,12 +28,12 @@ import numpy as np
 from pandas import DataFrame, read_csv
 from scipy.stats import t
 
-from atomistic.config.validate import ValidateConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, response_of
 from atomistic.lammps.deck import Deck
 from atomistic.relax.relax import iterate, lattice_start
 from atomistic.relax.specimen import Specimen, specimen_of
-from continuum.files.inputs import load
+from continuum.inputs.reading import load
 from continuum.measure.contact import Totals, totals_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid

@@ -18,14 +18,14 @@ import numpy as np
 
 import atomistic as a
 import continuum as c
-from atomistic.front import DeckRun
+from atomistic.front.functions import DeckRun
 from atomistic.relax.windows import WindowMean
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import TabulatedSubstrate
 from continuum.model.walls import Wall
 from continuum.path.loading import solve
-from continuum.sheet import Sheet
 from continuum.solve.solution import Settings
+from continuum.store.sheet import Sheet
 from docs.studies.tables import keep
 
 POTENTIALS = {"silver": "Ag_u3.eam", "copper": "Cu_mishin1.eam.alloy"}

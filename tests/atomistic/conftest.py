@@ -13,5 +13,5 @@ from tests.tasks import tasks_here
 def in_this_process() -> Iterator[None]:
     """Paths of a validation with one worker are compared here; those of several workers have their processes."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("atomistic.validation.run_tasks", tasks_here)
+        patch.setattr("atomistic.front.validation.run_tasks", tasks_here)
         yield

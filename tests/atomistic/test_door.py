@@ -51,8 +51,8 @@ def accept(*_: object, **__: object) -> None:
 @pytest.fixture(autouse=True)
 def nothing_expensive(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("atomistic.relax.specimen.Specimen.of_slab", accept)
-    monkeypatch.setattr("atomistic.front.model_of", accept)
-    monkeypatch.setattr("atomistic.validation.distinct", accept)
+    monkeypatch.setattr("atomistic.front.functions.model_of", accept)
+    monkeypatch.setattr("atomistic.front.validation.distinct", accept)
     monkeypatch.setattr("atomistic.lammps.engine.run_in_process", accept)
     monkeypatch.setattr("atomistic.lammps.engine.run_command", accept)
     monkeypatch.setattr("atomistic.lammps.deck.write_deck", accept)

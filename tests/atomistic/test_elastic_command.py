@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from atomistic.cli import main
+from atomistic.front.cli import main
 from tests.printed import faults_in_print
 
 INPUTS = Path(__file__).parents[2] / "inputs" / "crystals"

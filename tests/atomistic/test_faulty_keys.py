@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from atomistic.config.crystal import ElasticConfig, Interatomic
-from continuum.files.inputs import parsed
-from continuum.files.toml import ConfigError, Source
+from atomistic.inputs.crystal import ElasticConfig, Interatomic
+from continuum.inputs.reading import parsed
+from continuum.inputs.toml import ConfigError, Source
 
 KINDS: dict[str, dict[str, Any]] = {
     "springs": {},

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.arguments import ArgumentError, choice, count, field, file_name, flag, number, pair, texts
+from continuum.inputs.arguments import ArgumentError, choice, count, field, file_name, flag, number, pair, texts
 from continuum.path.loading import follow, solve
 from continuum.solve.solution import Settings
-from continuum.sweeps.workers import run_tasks
+from continuum.store.sweeps.workers import run_tasks
 from tests.problems import Rough
 
 ANYTHING = st.one_of(

@@ -17,10 +17,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.keys import LARGEST, SMALLEST
+from continuum.inputs.keys import LARGEST, SMALLEST
+from continuum.inputs.tables import Description
 from continuum.model.substrates import Response
 from continuum.model.walls import Wall
-from continuum.tables import Description
 from tests.kinds import KINDS, made
 from tests.problems import SMALL, Rough
 from tests.wrong import ANYTHING, refused_by_name

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from continuum.cli import main
-from continuum.errors import InputError
-from continuum.granted import (
+from continuum.front.cli import main
+from continuum.inputs.errors import InputError
+from continuum.store.granted import (
     cgroup_memory,
     cgroup_processors,
     granted_memory,

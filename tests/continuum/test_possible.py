@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum import possible, units
-from continuum.arguments import ArgumentError
-from continuum.errors import InputError
-from continuum.files.inputs import load
-from continuum.sticky.materials import materials
-from continuum.sticky.tables import PredictionInput
+from continuum.inputs import possible, units
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.errors import InputError
+from continuum.inputs.reading import load
+from continuum.maps.verdict.materials import materials
+from continuum.maps.verdict.tables import PredictionInput
 
 KINDS = sorted(possible.POSSIBLE)
 MAP = 200 * np.random.default_rng(1).normal(size=(32, 32))

@@ -13,16 +13,16 @@ import pytest
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from atomistic.config.deck import DeckConfig, DeckSurface
-from continuum.arguments import ArgumentError
-from continuum.files.inputs import load
-from continuum.files.reference import markdown, schema
-from continuum.files.toml import ConfigError
-from continuum.keys import Positive, frozen, limits_of
+from atomistic.inputs.deck import DeckConfig, DeckSurface
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.keys import Positive, frozen, limits_of
+from continuum.inputs.reading import load
+from continuum.inputs.reference import markdown, schema
+from continuum.inputs.tables import Table, tables_in
+from continuum.inputs.toml import ConfigError
 from continuum.model.surface import Surface
 from continuum.model.walls import LennardJonesSpline, Wall
-from continuum.runs.config import RunConfig
-from continuum.tables import Table, tables_in
+from continuum.store.runs.config import RunConfig
 from tests.continuum.test_arguments import ANYTHING
 from tests.kinds import KINDS, made
 

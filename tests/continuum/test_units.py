@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.units import ANGSTROM, GPA_PER_EV_PER_A3, Motion, Quantity, Units, parse, readable
+from continuum.inputs.units import ANGSTROM, GPA_PER_EV_PER_A3, Motion, Quantity, Units, parse, readable
 
 sizes = st.floats(1e-12, 1e3)
 

@@ -6,14 +6,14 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from continuum.arguments import ArgumentError, instance
-from continuum.keys import OrInfinite, frozen
+from continuum.inputs.arguments import ArgumentError, instance
+from continuum.inputs.keys import OrInfinite, frozen
+from continuum.inputs.tables import Fault, constraint
 from continuum.model import cubic
 from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.grid import LONGEST, Grid
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, with_mean
-from continuum.tables import Fault, constraint
 
 OTHER_MEAN = 1.5
 """Largest factor between E* and 1: different means over directions differ by less (fcc metals: 1.2)."""

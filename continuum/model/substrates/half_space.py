@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from continuum.arguments import instance
+from continuum.inputs.arguments import instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, with_mean

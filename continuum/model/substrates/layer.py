@@ -5,8 +5,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from continuum.arguments import instance
-from continuum.keys import Positive
+from continuum.inputs.arguments import instance
+from continuum.inputs.keys import Positive
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.layered import decayed_remainder

@@ -5,12 +5,12 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from continuum.arguments import instance
+from continuum.inputs.arguments import instance
+from continuum.inputs.tables import Description, Fault, constraint
 from continuum.model.fourier import Real
 from continuum.model.grid import LONGEST, Grid
 from continuum.model.layered import Solid, layered_stiffness
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, Poisson, with_mean
-from continuum.tables import Description, Fault, constraint
 
 CONTRAST = 1e12
 """Largest ratio of a modulus to E*, or its inverse: beyond it one material is rigid compared with another."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from continuum.arguments import ArgumentError, instance
+from continuum.inputs.arguments import ArgumentError, instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.open_boundary import OpenBoundary

@@ -7,9 +7,9 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
+from continuum.inputs.tables import Description
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.tables import Description
 
 _NAMED = {"clamped": np.inf, "free": 0.0}
 

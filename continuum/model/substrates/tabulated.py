@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from continuum.arguments import ArgumentError, array, instance, number, pair
+from continuum.inputs.arguments import ArgumentError, array, instance, number, pair
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 

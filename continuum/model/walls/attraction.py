@@ -6,8 +6,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import scipy
 
-from continuum.arguments import ArgumentError
-from continuum.keys import Positive
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.keys import Positive
 from continuum.model.walls.exponential import Exponential
 from continuum.model.walls.spline import LennardJonesSpline
 from continuum.model.walls.tabulated import TabulatedWall

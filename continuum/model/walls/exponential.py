@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 import scipy
 
-from continuum.keys import Positive
+from continuum.inputs.keys import Positive
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from continuum.keys import OrInfinite
+from continuum.inputs.keys import OrInfinite
 from continuum.model.fourier import Real
 from continuum.model.walls.wall import Wall
 

@@ -8,13 +8,13 @@ import numpy as np
 import scipy
 from pydantic import BeforeValidator, Field, model_validator
 
-from continuum.keys import Fraction, InInputs, Positive, frozen
+from continuum.inputs.keys import Fraction, InInputs, Positive, frozen
+from continuum.inputs.tables import Fault, constraint
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls.spline import LARGEST_RANGE
 from continuum.model.walls.wall import CORE, NOT_GIVEN, Instead, Wall
-from continuum.tables import Fault, constraint
 from continuum.theory import paper
 
 _Power = Annotated[int, Field(ge=2)]

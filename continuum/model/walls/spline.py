@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 from pydantic import Field, model_validator
 
-from continuum.keys import LARGEST, Fraction, InInputs, Positive
+from continuum.inputs.keys import LARGEST, Fraction, InInputs, Positive
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law

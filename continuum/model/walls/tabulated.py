@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from continuum.arguments import array
+from continuum.inputs.arguments import array
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law

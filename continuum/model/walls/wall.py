@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, WrapValidator
 
-from continuum.arguments import array
+from continuum.inputs.arguments import array
+from continuum.inputs.tables import Description, Fault, constraint
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
-from continuum.tables import Description, Fault, constraint
 from continuum.theory import paper
 
 CORE = 0.7

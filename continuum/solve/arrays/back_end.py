@@ -6,7 +6,7 @@ Less fast than compiled sweeps on processor cores, and made for devices on which
 from contextlib import suppress
 from functools import cache, cached_property
 
-from continuum.errors import InputError
+from continuum.inputs.errors import InputError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid

@@ -24,12 +24,12 @@ import numpy as np
 from pandas import DataFrame, concat, read_csv
 from scipy.stats import mannwhitneyu
 
-from continuum.files import output
+from continuum.maps.verdict.criteria import AREA, CRITERIA, RoughContact
 from continuum.paper.dispute import conformal_energies, crossovers
 from continuum.paper.points import sweep_points
-from continuum.sheet import Column, Sheet
-from continuum.sticky.criteria import AREA, CRITERIA, RoughContact
-from continuum.sweeps.collect import PointTable, collect
+from continuum.store import output
+from continuum.store.sheet import Column, Sheet
+from continuum.store.sweeps.collect import PointTable, collect
 from docs.studies.record.judged import NECESSARY, judge_contact
 from docs.studies.record.votes import Surface, recorded
 

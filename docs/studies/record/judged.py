@@ -9,8 +9,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from continuum.sticky.criteria import CRITERIA, LARGEST_SLOPE, Answer, Criterion, Estimate, RoughContact, every_estimate
-from continuum.sticky.prediction import STEEPEST, WIDE
+from continuum.maps.verdict.criteria import (
+    CRITERIA,
+    LARGEST_SLOPE,
+    Answer,
+    Criterion,
+    Estimate,
+    RoughContact,
+    every_estimate,
+)
+from continuum.maps.verdict.prediction import STEEPEST, WIDE
 from docs.studies.record.votes import Left, Part, Support, mean_margin, outside, support, threshold_margin
 
 NECESSARY = "necessary-adhesion"

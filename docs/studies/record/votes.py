@@ -27,8 +27,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from continuum.maps.verdict.criteria import Criterion, RoughContact
 from continuum.model.fourier import Real
-from continuum.sticky.criteria import Criterion, RoughContact
 
 Part = Literal["map", "summits"]
 """The points whose roughness is judged."""
@@ -131,7 +131,7 @@ def support(
 ) -> Support | None:
     """Probability that a contact is sticky, from the mean margin of criteria on it and on similar surfaces.
 
-    The criteria are one or several of :data:`continuum.sticky.criteria.CRITERIA`; None if it is :func:`outside`.
+    The criteria are one or several of :data:`continuum.maps.verdict.criteria.CRITERIA`; None if it is :func:`outside`.
     """
     if outside(criteria, contact, without, part):
         return None

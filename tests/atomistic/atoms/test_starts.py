@@ -14,13 +14,13 @@ import pytest
 import atomistic as a
 import continuum as c
 from atomistic.atoms.starts import with_starts
-from atomistic.cli import main
-from atomistic.config.deck import DeckConfig
+from atomistic.front.cli import main
+from atomistic.inputs.deck import DeckConfig
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.engine import run_command
 from atomistic.lammps.protocol import MeanPressures
-from continuum.arguments import ArgumentError
-from continuum.files.inputs import parsed, source_of
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.reading import parsed, source_of
 from tests.problems import two_ranks
 
 CONFIRMED = 2

@@ -7,7 +7,7 @@ from ase import Atoms
 
 from atomistic.crystal.exposed import exposed
 from atomistic.crystal.faces import cell_of, spacing_of
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 
 
 def of(slab: Atoms) -> np.ndarray:

@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 
 import atomistic as a
 import continuum as c
-from atomistic.config.crystal import ElasticConfig
 from atomistic.crystal.model import Potential
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
+from atomistic.inputs.crystal import ElasticConfig
 from atomistic.lammps.deck import Deck, render
 from atomistic.lammps.result import DeckStatus
 from atomistic.lammps.session import Cell
 from atomistic.response.material import model_of
-from continuum.arguments import ArgumentError
-from continuum.files.inputs import load
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.reading import load
 
 TEXT = st.text(max_size=30) | st.sampled_from(
     [

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from atomistic.lammps.session import Cell
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 
 
 @pytest.mark.parametrize(

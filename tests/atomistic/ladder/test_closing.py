@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from atomistic.config.validate import ValidateConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import archive, budget
 from atomistic.ladder.comparison import STEPS, PathResult, compare_on_path, paths_of
 from atomistic.ladder.rungs import CLOSE, Rung, RungName, loads_at_area, rung_of
-from continuum.files.inputs import load
+from continuum.inputs.reading import load
 from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.walls import LennardJonesSpline

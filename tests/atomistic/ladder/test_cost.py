@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 import atomistic as a
-from atomistic.cli import main
-from atomistic.config.crystal import Interatomic
-from atomistic.config.deck import DeckConfig
-from atomistic.config.motion import ProtocolTable
-from atomistic.config.validate import ValidateConfig
+from atomistic.front.cli import main
+from atomistic.inputs.crystal import Interatomic
+from atomistic.inputs.deck import DeckConfig
+from atomistic.inputs.motion import ProtocolTable
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder.cost import _SEEN, cost_of_deck, cost_of_validation
-from continuum.files.inputs import load
+from continuum.inputs.reading import load
 
 DECKS = sorted(Path("inputs/lammps").glob("*.toml"))
 QUICK = ("rough", "cylinder", "staircase", "punch")

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from atomistic.config.validate import ValidateConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import budget, ensemble
 from atomistic.ladder.checks import LadderCheck
 from atomistic.ladder.ensemble import RARE, Row, carried_bounds, limit, untested
-from continuum.files.inputs import load
+from continuum.inputs.reading import load
 
 ROOT = Path(__file__).parents[3]
 SPRINGS = """

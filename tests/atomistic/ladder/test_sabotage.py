@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.interatomic import Springs
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import archive, budget, comparison, rungs
 from atomistic.ladder.checks import checks_of
 from atomistic.ladder.comparison import compare_on_path, paths_of
@@ -20,7 +20,7 @@ from atomistic.lammps.engine import runner
 from atomistic.relax.specimen import specimen_of
 from atomistic.response import lattice
 from atomistic.response.force_constants import ForceConstants, spring_force_constants
-from continuum.files.inputs import load
+from continuum.inputs.reading import load
 from continuum.model.cubic import CubicConstants
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer
 from continuum.model.walls import LennardJonesSpline

@@ -17,10 +17,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import atomistic as a
-from atomistic.cli import main
-from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
+from atomistic.front.cli import main
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import archive, budget, comparison
 from atomistic.ladder.checks import checks_of
 from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, compare_on_path, paths_of
@@ -41,17 +41,17 @@ from atomistic.relax import relax
 from atomistic.relax.specimen import specimen_of
 from atomistic.response.lattice import LatticeResponse
 from atomistic.show.validation import validation_sheets, validation_statements
-from continuum.files.inputs import load
-from continuum.files.store import Dataset
+from continuum.inputs.reading import load
 from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.path.state import PathState
-from continuum.sheet import Sheet
 from continuum.show import plot
 from continuum.solve.solution import Settings
+from continuum.store.datasets import Dataset
+from continuum.store.sheet import Sheet
 from tests.printed import faults_in_print
 from tests.problems import Rough, lattice
 
@@ -767,10 +767,10 @@ def test_it_takes_as_many_processors_as_it_is_granted_and_at_most_four(
         raise Told(workers)
 
     paths = len(paths_of(config))
-    monkeypatch.setattr("atomistic.validation.run_tasks", told)
+    monkeypatch.setattr("atomistic.front.validation.run_tasks", told)
     monkeypatch.setattr("os.cpu_count", lambda: 64)
     monkeypatch.setattr("os.sched_getaffinity", lambda _: set(range(64)))
-    monkeypatch.setattr("continuum.granted.cgroup_processors", lambda _: float("inf"))
+    monkeypatch.setattr("continuum.store.granted.cgroup_processors", lambda _: float("inf"))
     for granted in (1, 2, 64):
         monkeypatch.setenv("SLURM_CPUS_PER_TASK", str(granted))
         with pytest.raises(Told) as caught:

@@ -10,11 +10,11 @@ import pytest
 
 import atomistic as a
 import continuum as c
-from atomistic.cli import main
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import Model
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
+from atomistic.front.cli import main
 from atomistic.lammps.crystal_wall import (
     CUTOFF,
     OWN,
@@ -32,8 +32,8 @@ from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import HeightSpline, shape_of
 from atomistic.response.material import model_of
-from continuum.arguments import ArgumentError
-from continuum.errors import InputError
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.errors import InputError
 from tests.problems import two_ranks
 
 SHAPE = (5, 5)

@@ -16,7 +16,7 @@ from atomistic.lammps.directory import read_heights, read_slab
 from atomistic.lammps.engine import run_in_process, script
 from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.result import LammpsError, tail
-from continuum.errors import OutputError
+from continuum.inputs.errors import OutputError
 from continuum.model.walls import HardWall, LennardJonesSpline
 
 SLAB = Slab((4, 5), mobile=3)

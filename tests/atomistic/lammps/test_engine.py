@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from atomistic.cli import main
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps import doctor as examination
+from atomistic.front import doctor as examination
+from atomistic.front.cli import main
 from atomistic.lammps import engine
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_command, run_in_process, script

@@ -23,10 +23,10 @@ from ase.optimize import FIRE
 
 import atomistic as a
 import continuum as c
-from atomistic.config.deck import DeckConfig
+from atomistic.inputs.deck import DeckConfig
 from atomistic.lammps.result import read_result
-from continuum.files.inputs import parsed, source_of
-from continuum.files.toml import Source
+from continuum.inputs.reading import parsed, source_of
+from continuum.inputs.toml import Source
 from continuum.model.fourier import Real
 
 CORE = 0.7

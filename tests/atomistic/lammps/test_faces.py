@@ -17,14 +17,14 @@ from ase.neighborlist import neighbor_list
 
 import atomistic as a
 import continuum as c
-from atomistic.cli import main
-from atomistic.config.crystal import CrystalTable
-from atomistic.config.deck import DeckConfig
-from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import AnySlab, AtomSlab, Slab, distortion, slipped
 from atomistic.crystal.faces import STRUCTURES, cell_of
 from atomistic.crystal.model import AnyCrystalModel
 from atomistic.crystal.potentials import PotentialError, find_potential
+from atomistic.front.cli import main
+from atomistic.inputs.crystal import CrystalTable
+from atomistic.inputs.deck import DeckConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.directory import read_slab
 from atomistic.lammps.engine import run_command, run_in_process
@@ -32,15 +32,15 @@ from atomistic.lammps.result import DeckError
 from atomistic.lammps.shape import HeightSpline, shape_of
 from atomistic.response.bulk import model_below
 from atomistic.response.material import measure_crystal
-from continuum.arguments import ArgumentError
-from continuum.files.inputs import load, parsed, source_of
-from continuum.files.toml import ConfigError
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.reading import load, parsed, source_of
+from continuum.inputs.toml import ConfigError
+from continuum.maps.mending import wall_from_map
+from continuum.maps.reading import read_topography
 from continuum.model.cubic import anisotropic_contact_modulus, rotated
 from continuum.model.fourier import Real
 from continuum.model.walls import LennardJonesSpline
 from continuum.theory.smooth import Hertz
-from continuum.topography.mending import wall_from_map
-from continuum.topography.reading import read_topography
 from tests.problems import lmp
 
 INPUTS = Path(__file__).parents[3] / "inputs/lammps"

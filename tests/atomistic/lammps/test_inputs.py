@@ -9,8 +9,8 @@ import pytest
 
 import atomistic as a
 import continuum as c
-from atomistic.cli import main
-from continuum.errors import NOT_CONVERGED, OK
+from atomistic.front.cli import main
+from continuum.inputs.errors import NOT_CONVERGED, OK
 from tests.measured import AFM, MEASURED
 
 ROOT = Path(__file__).parents[3]
@@ -90,7 +90,7 @@ def test_one_number_where_two_are_needed_is_one_clear_message(
 @pytest.mark.long
 def test_a_deck_knows_surfaces_and_walls_of_files_whatever_was_imported_before() -> None:
     code = (
-        "from atomistic.config.deck import DeckConfig, DeckSurface; from continuum.model.walls import Wall\n"
+        "from atomistic.inputs.deck import DeckConfig, DeckSurface; from continuum.model.walls import Wall\n"
         "assert 'file' in DeckSurface.kinds and 'table' in Wall.kinds"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

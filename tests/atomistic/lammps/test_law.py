@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import atomistic as a
-from atomistic.cli import main
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
+from atomistic.front.cli import main
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.law import LAWS, NativeLaw, name_of, native_law, read_wall_table

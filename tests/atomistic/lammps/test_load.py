@@ -11,16 +11,16 @@ import pytest
 
 import atomistic as a
 import continuum as c
-from atomistic.cli import main
 from atomistic.crystal.interatomic import Springs
-from atomistic.front import DeckRun
+from atomistic.front.cli import main
+from atomistic.front.functions import DeckRun
 from atomistic.lammps.directory import finished_steps
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.protocol import Motion, impedance, swing
 from atomistic.lammps.result import read_result
 from atomistic.relax.windows import WindowMean
-from continuum.errors import StickinessError
-from continuum.units import Units
+from continuum.inputs.errors import StickinessError
+from continuum.inputs.units import Units
 from tests.problems import lmp
 
 PRESSURE = 0.05

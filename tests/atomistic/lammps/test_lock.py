@@ -16,7 +16,7 @@ from atomistic.lammps import directory as disk
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.directory import LOCK, hold
 from atomistic.lammps.engine import run_command, run_in_process
-from continuum.errors import OutputError
+from continuum.inputs.errors import OutputError
 from continuum.model.walls import LennardJonesSpline
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from atomistic.cli import main
+from atomistic.front.cli import main
 from atomistic.lammps.result import tail
 
 DECK = """

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 import atomistic as a
 import continuum as c
-from atomistic.cli import main
-from atomistic.config.deck import steps_of
-from atomistic.config.motion import kelvin, thermal_energy
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
+from atomistic.front.cli import main
+from atomistic.inputs.deck import steps_of
+from atomistic.inputs.motion import kelvin, thermal_energy
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.directory import finished_steps
 from atomistic.lammps.engine import run_command, run_in_process
@@ -24,8 +24,8 @@ from atomistic.lammps.result import DeckStatus, LammpsError, read_result
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import HeightSpline, Waves
 from atomistic.show.decks import draw_trace
-from continuum.errors import InputError
-from continuum.units import Units
+from continuum.inputs.errors import InputError
+from continuum.inputs.units import Units
 from tests.problems import lmp
 
 WALL = c.InversePowers((9, 3), adhesion_length=0.02)

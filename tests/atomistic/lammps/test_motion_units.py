@@ -12,14 +12,14 @@ import pytest
 from scipy import constants as si
 from scipy.optimize import brentq
 
-from atomistic.config.deck import steps_of
-from atomistic.config.motion import thermal_energy
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import LennardJones
 from atomistic.crystal.model import Crystal, CrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
+from atomistic.inputs.deck import steps_of
+from atomistic.inputs.motion import thermal_energy
 from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion, impedance, largest_timestep, vibration_timestep
-from continuum.files.toml import ConfigError
+from continuum.inputs.toml import ConfigError
 from continuum.model.cubic import CubicConstants
 from continuum.model.walls import LennardJonesSpline
 

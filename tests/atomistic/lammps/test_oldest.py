@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from atomistic.cli import main
+from atomistic.front.cli import main
 from atomistic.lammps.deck import LEAST_VERSION
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.result import LammpsError

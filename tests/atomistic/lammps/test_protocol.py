@@ -20,7 +20,7 @@ from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.protocol import MeanPressures
 from atomistic.lammps.result import DeckResult, DeckStatus, read_result
 from atomistic.relax.specimen import Specimen
-from continuum.errors import InputError, OutputError
+from continuum.inputs.errors import InputError, OutputError
 from continuum.model.problem import ContactProblem
 from continuum.path import loading
 from continuum.solve.solution import Settings

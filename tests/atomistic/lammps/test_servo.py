@@ -11,7 +11,7 @@ import pytest
 
 import atomistic as a
 import continuum as c
-from atomistic.front import DeckRun
+from atomistic.front.functions import DeckRun
 from atomistic.lammps.protocol import SAMPLED, largest_timestep
 from atomistic.lammps.result import read_result
 

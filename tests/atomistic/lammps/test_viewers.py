@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 
 import atomistic as a
 import continuum as c
-from atomistic.front import DeckRun
+from atomistic.front.functions import DeckRun
 from atomistic.lammps.session import LammpsHandle
 from atomistic.show import decks
-from continuum.app.states import OpenedResults
-from continuum.files import store
+from continuum.store import datasets as store
+from continuum.view.states import OpenedResults
 from tests.printed import faults_in_print
 from tests.stored import opens_in_xarray
 

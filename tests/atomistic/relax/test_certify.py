@@ -12,8 +12,8 @@ import pytest
 
 import atomistic as a
 import continuum as c
-from atomistic.cli import main
 from atomistic.crystal.model import Potential
+from atomistic.front.cli import main
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.result import DeckError, DeckResult, read_result
 from atomistic.lammps.session import Session

@@ -10,11 +10,11 @@ import pytest
 
 import atomistic as a
 import continuum as c
-from atomistic.cli import main
+from atomistic.front.cli import main
 from atomistic.lammps.result import DeckError
 from atomistic.relax.deckrun import DeckSteps
 from atomistic.show.decks import WRITERS
-from continuum.files.output import save
+from continuum.store.output import save
 
 
 def test_beside_a_deck_stands_the_response_of_its_own_slab(tmp_path: Path) -> None:

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 import atomistic as a
 import continuum as c
-from atomistic.cli import main
-from atomistic.config.quantities import QUANTITIES, in_both, in_reduced, with_units
+from atomistic.front.cli import main
+from atomistic.inputs.quantities import QUANTITIES, in_both, in_reduced, with_units
 from atomistic.lammps.protocol import Motion, time_unit
 from atomistic.relax.decks import deck_input
-from continuum.files.toml import ConfigError
-from continuum.units import Units, readable
+from continuum.inputs.toml import ConfigError
+from continuum.inputs.units import Units, readable
 
 SILVER = Units(2.892e-10, 81e9, 1.791e-25)
 TEXT = """

@@ -15,17 +15,17 @@ from scipy.constants import atomic_mass, k
 
 import atomistic as a
 import continuum as c
-from atomistic.cli import main
-from atomistic.config.deck import DeckConfig
-from atomistic.config.motion import FASTEST, HOTTEST
+from atomistic.front.cli import main
+from atomistic.inputs.deck import DeckConfig
+from atomistic.inputs.motion import FASTEST, HOTTEST
 from atomistic.relax.limits import FARTHEST
 from atomistic.response.material import model_of
-from continuum.errors import InputError
-from continuum.files.inputs import parsed
-from continuum.files.toml import Source, find
+from continuum.inputs.errors import InputError
+from continuum.inputs.reading import parsed
+from continuum.inputs.tables import table_of
+from continuum.inputs.toml import Source, find
 from continuum.model.surface import Surface
 from continuum.model.walls import Wall
-from continuum.tables import table_of
 from tests import kinds
 
 COPPER = 'kind = "eam"\nfile = "Cu_mishin1.eam.alloy"'

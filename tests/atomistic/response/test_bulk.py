@@ -10,10 +10,10 @@ import ase.io
 import numpy as np
 import pytest
 
-from atomistic.config.crystal import CrystalTable
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import AnyCrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
+from atomistic.inputs.crystal import CrystalTable
 from atomistic.lammps.session import Cell
 from atomistic.response.bulk import at_rest, model_below, slab_of_table
 from continuum.model.cubic import anisotropic_contact_modulus

@@ -11,7 +11,7 @@ from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 from atomistic.response import cache
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
-from continuum.files import store
+from continuum.store import datasets as store
 
 SLAB = Slab((6, 5), 5, 3)
 

@@ -15,8 +15,8 @@ from atomistic.crystal.model import ContactModulus, Crystal, CrystalModel
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from atomistic.response.material import measure_crystal, model_of
+from continuum.inputs.units import GPA_PER_EV_PER_A3
 from continuum.model.cubic import CubicConstants
-from continuum.units import GPA_PER_EV_PER_A3
 
 
 def eam(name: str, element: str | None = None) -> EmbeddedAtom:

@@ -24,25 +24,25 @@ import pytest
 pytest.importorskip("tornado", reason="needs the extra `app`")
 
 import continuum
-from continuum.app import server
-from continuum.app.opened import OpenedMap, View, answer_of, arguments, safe_name
-from continuum.app.seen import _correction, _layer
-from continuum.app.server import EXAMPLE, listen
-from continuum.cli import main
-from continuum.errors import InputError
-from continuum.front.commands import run
+from continuum.front.cli import main
+from continuum.front.options import as_options
 from continuum.front.predict import Prediction
+from continuum.front.runs import run
 from continuum.front.sweeps import sweep
+from continuum.inputs.errors import InputError
+from continuum.maps.faults import MapFault
+from continuum.maps.map import Topography
+from continuum.maps.verdict.prediction import prediction_of
+from continuum.maps.verdict.tables import OPTIONS
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
-from continuum.options import as_options
-from continuum.runs.result import Result
 from continuum.show.answer import statements
-from continuum.sticky.prediction import prediction_of
-from continuum.sticky.tables import OPTIONS
-from continuum.sweeps.workers import Worker
-from continuum.topography.faults import MapFault
-from continuum.topography.map import Topography
+from continuum.store.runs.result import Result
+from continuum.store.sweeps.workers import Worker
+from continuum.view import server
+from continuum.view.opened import OpenedMap, View, answer_of, arguments, safe_name
+from continuum.view.seen import _correction, _layer
+from continuum.view.server import EXAMPLE, listen
 
 RUN: dict[str, Any] = {
     "grid": {"n": [12, 16]},
@@ -252,7 +252,7 @@ def test_of_waiting_questions_the_last_is_answered(client: Client, map_file: Pat
 
 
 def test_the_page_has_a_field_for_every_key_that_it_may_send() -> None:
-    static = resources.files("continuum.app") / "static"
+    static = resources.files("continuum.view") / "static"
     page = (static / "index.html").read_text()
     assert set(re.findall(r'name="(\w+)"', page)) - {"viewport"} == OPTIONS.keys()
     ids = set(re.findall(r'id="(\w+)"', page))
@@ -263,7 +263,7 @@ def test_the_page_has_a_field_for_every_key_that_it_may_send() -> None:
 
 def example(name: str) -> str:
     """What the form suggests for an option."""
-    page = (resources.files("continuum.app") / "static" / "index.html").read_text()
+    page = (resources.files("continuum.view") / "static" / "index.html").read_text()
     (field,) = re.findall(rf'<\w+ [^>]*name="{name}".*?</label>', page)
     if "checkbox" in field:
         return "on"
@@ -399,7 +399,7 @@ BUTTONS = {
 
 
 def test_every_button_of_the_page_is_known_here() -> None:
-    static = resources.files("continuum.app") / "static"
+    static = resources.files("continuum.view") / "static"
     assert set(re.findall(r'<button [^>]*id="(\w+)"', (static / "index.html").read_text())) == BUTTONS.keys()
     assert "<button" not in (static / "states.html").read_text()
     script = (static / "view.js").read_text()

@@ -14,8 +14,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.io import netcdf_file
 
-from continuum.files.maps import RawMap, read_map, stands_for_nothing
-from continuum.files.text import read_text
+from continuum.store.heights import RawMap, read_map, stands_for_nothing
+from continuum.store.text import read_text
 
 HEIGHTS = np.random.default_rng(3).normal(size=(18, 16)).cumsum(0)
 """nx = 18 heights along a line of text, ny = 16 lines."""

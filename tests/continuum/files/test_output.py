@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.errors import OutputError
-from continuum.files import output
+from continuum.inputs.errors import OutputError
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.paper.page import plot_figure
 from continuum.show.plot import new_figure, save_figure, written_as
+from continuum.store import output
 
 RUN = {
     "grid": {"n": 16},

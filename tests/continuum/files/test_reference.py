@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-import atomistic.cli
-import continuum.cli
-from atomistic.config.crystal import ElasticConfig
-from atomistic.config.deck import DeckConfig
-from atomistic.config.validate import ValidateConfig
-from continuum.files.inputs import load
-from continuum.files.reference import entries, markdown, schema, template
-from continuum.files.tables import Document
-from continuum.runs.config import RunConfig
+import atomistic.front.cli
+import continuum.front.cli
+from atomistic.inputs.crystal import ElasticConfig
+from atomistic.inputs.deck import DeckConfig
+from atomistic.inputs.validate import ValidateConfig
+from continuum.inputs.document import Document
+from continuum.inputs.reading import load
+from continuum.inputs.reference import entries, markdown, schema, template
+from continuum.store.runs.config import RunConfig
 
 EXAMPLES: dict[type[Document], str] = {
     RunConfig: "inputs/smoke/path.toml",
@@ -54,7 +54,9 @@ def test_a_template_is_the_example_with_every_key_described(model: type[Document
     assert max(map(len, text.splitlines())) <= 120
 
 
-@pytest.mark.parametrize(("main", "kinds"), [(continuum.cli.main, ["run"]), (atomistic.cli.main, ["validate", "deck"])])
+@pytest.mark.parametrize(
+    ("main", "kinds"), [(continuum.front.cli.main, ["run"]), (atomistic.front.cli.main, ["validate", "deck"])]
+)
 def test_the_commands_print_them(main, kinds: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for kind in kinds:
         assert main(["init", kind]) == 0

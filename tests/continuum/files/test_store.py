@@ -13,11 +13,12 @@ import xarray
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.errors import OutputError
-from continuum.files import output, store
-from continuum.files.hdf5 import StoreError, UnreadError, read_dataset
-from continuum.files.maps import read_map
-from continuum.files.store import Dataset
+from continuum.inputs.errors import OutputError
+from continuum.store import datasets as store
+from continuum.store import output
+from continuum.store.datasets import Dataset
+from continuum.store.hdf5 import StoreError, UnreadError, read_dataset
+from continuum.store.heights import read_map
 from tests.stored import ENGINES, opens_in_xarray
 
 HEAD = {"schema": "test", "schema_version": 1}

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-import atomistic.cli
+import atomistic.front.cli
 import continuum as c
-import continuum.cli
-from continuum import installed
+import continuum.front.cli
 from continuum.front import doctor as examination
+from continuum.front import installed
 
-MAINS = {"continuum": continuum.cli.main, "atomistic": atomistic.cli.main}
+MAINS = {"continuum": continuum.front.cli.main, "atomistic": atomistic.front.cli.main}
 
 
 def distribution(folder: Path, name: str, *files: str) -> None:
@@ -37,7 +37,7 @@ def path(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_all_is_well_here(capsys: pytest.CaptureFixture[str]) -> None:
-    assert continuum.cli.main(["doctor"]) == 0
+    assert continuum.front.cli.main(["doctor"]) == 0
     out = capsys.readouterr().out
     assert out.splitlines()[-1] == "usable"
     for line in ("solver  ", "figures  ", "compiled code  ", "requirements  "):
@@ -87,7 +87,7 @@ def test_a_missing_requirement_is_told_with_its_command(monkeypatch: pytest.Monk
 
 def test_whatever_fails_is_a_problem_and_folders_are_no_need(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(examination, "folder_of_compiled", lambda sources: None)
-    monkeypatch.setattr("continuum.caches.at_home", lambda: False)
+    monkeypatch.setattr("continuum.model.caches.at_home", lambda: False)
     found = c.doctor()
     assert found.ok
     assert [problem.partition(":")[0] for problem in found.problems] == ["compiled code", "folder of caches"]

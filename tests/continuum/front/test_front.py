@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 import atomistic as a
 import continuum as c
-from continuum.arguments import ArgumentError
-from continuum.errors import InputError
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.errors import InputError
 from continuum.path.loading import solve
 from tests.problems import SMALL, Rough
 

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes
 
 import continuum as c
-from continuum.arguments import ArgumentError
-from continuum.cli import main
-from continuum.errors import InputError
-from continuum.sticky import tables as sticky_tables
-from continuum.topography.map import TopographyError
+from continuum.front.cli import main
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.errors import InputError
+from continuum.maps.map import TopographyError
+from continuum.maps.verdict import tables as sticky_tables
 from tests.problems import Rough
 from tests.wrong import ANYTHING, refused_by_name
 

@@ -12,12 +12,12 @@ import pytest
 from scipy import stats
 
 import continuum as c
-from continuum.arguments import ArgumentError
-from continuum.cli import main
-from continuum.errors import InputError
+from continuum.front.cli import main
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.errors import InputError
+from continuum.maps.verdict.criteria import Answer
+from continuum.maps.verdict.study import Spot, ranked, scans
 from continuum.show.study import study_doubts, study_figure
-from continuum.sticky.criteria import Answer
-from continuum.sticky.study import Spot, ranked, scans
 from tests.printed import faults_in_print
 from tests.problems import Rough
 

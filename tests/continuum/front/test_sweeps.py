@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import continuum as c
-from continuum.cli import main
-from continuum.errors import InputError
+from continuum.front.cli import main
+from continuum.inputs.errors import InputError
 from tests.problems import SMALL
 
 

@@ -12,7 +12,7 @@ import continuum as c
 from continuum.measure.contact import Equilibrium, Totals
 from continuum.path.equilibrium import solver_of
 from continuum.path.state import JumpSide
-from continuum.runs.record import Point
+from continuum.store.runs.record import Point
 from tests.problems import Rough
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -26,9 +26,9 @@ def records(kind: type[Totals] = Totals) -> Iterator[type[Totals]]:
 
 
 def test_a_column_is_described_once() -> None:
-    for folder in ("measure", "path", "runs", "front"):
+    for folder in ("measure", "path", "store/runs", "front"):
         for path in (ROOT / "continuum" / folder).glob("[a-z]*.py"):
-            importlib.import_module(f"continuum.{folder}.{path.stem}")
+            importlib.import_module(f"continuum.{folder.replace('/', '.')}.{path.stem}")
     found = [kind for kind in records() if kind.__module__.startswith("continuum")]
     assert {Totals, Equilibrium, c.State, Point} < set(found)
     own = [name for kind in found for name in kind.__annotations__ if kind.__dataclass_fields__[name].metadata]

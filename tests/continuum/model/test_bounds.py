@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from continuum.arguments import ArgumentError
-from continuum.keys import LARGEST_N, SMALLEST
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.keys import LARGEST_N, SMALLEST
 from continuum.model.counterface import Counterface
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid, GridTable
@@ -22,7 +22,7 @@ from continuum.model.surfaces import CylinderSurface, PunchSurface, SelfAffineSu
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline
 from continuum.model.walls.inverse_powers import LennardJones93
 from continuum.path.state import Search
-from continuum.runs.config import LoadingTable
+from continuum.store.runs.config import LoadingTable
 
 LEAST = SMALLEST  # of a positive number
 GRID = Grid((6, 8), (6.0, 8.0))

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import continuum as c
-from continuum.files.inputs import load
-from continuum.files.toml import ConfigError
-from continuum.runs.build import build
-from continuum.runs.config import RunConfig
+from continuum.inputs.reading import load
+from continuum.inputs.toml import ConfigError
+from continuum.store.runs.build import build
+from continuum.store.runs.config import RunConfig
 
 TEXT = Path("inputs/smoke/shifted.toml").read_text(encoding="utf-8")
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, MeanMode, Response, TabulatedSubstrate

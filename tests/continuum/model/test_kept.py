@@ -14,8 +14,7 @@ from typing import Any
 
 import pytest
 
-from continuum import caches
-from continuum.model import kept
+from continuum.model import caches, kept
 
 
 def double(x: float) -> float:

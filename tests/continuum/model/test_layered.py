@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.model.layered import Solid, layered_stiffness
 
 QH = np.logspace(-8, 4, 97)

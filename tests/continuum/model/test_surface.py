@@ -11,8 +11,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from continuum.arguments import ArgumentError
-from continuum.keys import LARGEST
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.keys import LARGEST
 from continuum.model.grid import Grid
 from continuum.model.surface import LARGEST_SLOPE, SMALLEST_SLOPE, SelfAffine, moments, power_spectrum
 from continuum.model.surfaces import CylinderSurface, PunchSurface, SelfAffineSurface, sine, sphere

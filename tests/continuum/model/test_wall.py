@@ -15,7 +15,7 @@ from scipy.integrate import quad, simpson
 from scipy.interpolate import CubicSpline
 from scipy.special import gamma
 
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.model import laws
 from continuum.model.laws import evaluate
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall

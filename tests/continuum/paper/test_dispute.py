@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pandas import DataFrame, concat, read_csv
 
+from continuum.maps.verdict.criteria import RoughContact
 from continuum.model.grid import Grid
 from continuum.model.surface import moments
 from continuum.model.surfaces import SelfAffineSurface
@@ -29,11 +30,10 @@ from continuum.paper.dispute import (
     write_dispute,
 )
 from continuum.paper.points import FigureError
-from continuum.sticky.criteria import RoughContact
-from continuum.sweeps.axes import Axis, System
-from continuum.sweeps.collect import PointTable
-from continuum.sweeps.listing import SweepListing
-from continuum.sweeps.measured import COLUMNS
+from continuum.store.sweeps.axes import Axis, System
+from continuum.store.sweeps.collect import PointTable
+from continuum.store.sweeps.listing import SweepListing
+from continuum.store.sweeps.measured import COLUMNS
 from continuum.theory import rough
 from docs.studies.record import added
 from tests.kinds import covering

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from continuum.cli import main
+from continuum.front.cli import main
 from continuum.paper import examples
 
 ROOT = Path(__file__).parents[3]

@@ -21,11 +21,11 @@ from continuum.paper.figures import FIGURES, save_drawing
 from continuum.paper.page import page_text, plot_figure, write_page
 from continuum.paper.points import FigureError, SweepData, sweep_points
 from continuum.show import plot
-from continuum.sweeps.axes import Axis, System
-from continuum.sweeps.bisection import Bisection
-from continuum.sweeps.collect import PointTable
-from continuum.sweeps.listing import SweepListing
-from continuum.sweeps.measured import COLUMNS
+from continuum.store.sweeps.axes import Axis, System
+from continuum.store.sweeps.bisection import Bisection
+from continuum.store.sweeps.collect import PointTable
+from continuum.store.sweeps.listing import SweepListing
+from continuum.store.sweeps.measured import COLUMNS
 from continuum.theory import paper
 from docs.studies.judge import judged_again
 from tests.printed import faults_in_print

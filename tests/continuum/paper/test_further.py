@@ -15,11 +15,11 @@ from continuum.paper import relations
 from continuum.paper.figures import FIGURES
 from continuum.paper.page import plot_figure
 from continuum.paper.points import FigureError, SweepData
-from continuum.runs.result import Result
-from continuum.sheet import Sheet
 from continuum.show import plot
 from continuum.solve.tangent import tangent_stiffness
-from continuum.sweeps.folder import Folder
+from continuum.store.runs.result import Result
+from continuum.store.sheet import Sheet
+from continuum.store.sweeps.folder import Folder
 from tests.printed import faults_in_print
 from tests.problems import SMALL
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import continuum as c
+from continuum.maps.verdict.adhesion import MapCurve
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import HardWall, Wall, attraction_on_core
@@ -15,7 +16,6 @@ from continuum.path.adhesion_curve import AREAS, AdhesionCurve, PressedSeries, p
 from continuum.path.area import find_area
 from continuum.path.equilibrium import solver_of
 from continuum.path.state import Search
-from continuum.sticky.adhesion import MapCurve
 
 N, CORE, RANGE = 128, 5.0, 0.1
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import continuum as c
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.measure.contact import area_by_lines
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid

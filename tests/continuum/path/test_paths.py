@@ -16,9 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from continuum.cli import main
-from continuum.files import store
-from continuum.files.inputs import load
+from continuum.front.cli import main
+from continuum.inputs.reading import load
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
@@ -30,10 +29,11 @@ from continuum.path.area import RESOLUTION
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, Event, Outcome, PathState, Search
-from continuum.runs.config import LoadingTable, RunConfig
-from continuum.runs.result import Result
-from continuum.runs.run import follow_run
 from continuum.solve.solution import Settings, Status
+from continuum.store import datasets as store
+from continuum.store.runs.config import LoadingTable, RunConfig
+from continuum.store.runs.result import Result
+from continuum.store.runs.run import follow_run
 from tests.kinds import covering
 from tests.problems import SMALL, Rough
 from tests.stored import same, stop_after
@@ -432,9 +432,9 @@ SEARCH = """
 import signal, sys, time
 from functools import partial
 from pathlib import Path
-from continuum.cli import main
-from continuum.front import commands
-from continuum.runs.result import Result
+from continuum.front.cli import main
+from continuum.front import runs as commands
+from continuum.store.runs.result import Result
 from continuum.solve.solver import Solver
 config, folder, points = sys.argv[1:]
 solve, seen, file = Solver.minimise, 0, Path(folder) / "path.h5"

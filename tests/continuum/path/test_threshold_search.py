@@ -15,9 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.files.identity import identity
-from continuum.files.inputs import load
 from continuum.front.contact import FoundThreshold
+from continuum.inputs.reading import load
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.model.walls.attraction import Shape
@@ -25,11 +24,12 @@ from continuum.path import threshold_search
 from continuum.path.equilibrium import equilibrium
 from continuum.path.state import Control, Outcome, PathState, Search
 from continuum.path.threshold_search import WallOfWork
-from continuum.runs.build import build
-from continuum.runs.config import RunConfig
-from continuum.runs.growth import contact_identity
-from continuum.runs.run import follow_run
 from continuum.solve.solution import Settings
+from continuum.store.identity import identity
+from continuum.store.runs.build import build
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.growth import contact_identity
+from continuum.store.runs.run import follow_run
 from continuum.theory.paper import snap_in_wavelength
 from tests.kinds import covering
 from tests.problems import SMALL
@@ -115,7 +115,7 @@ def test_what_is_no_law_of_a_work_is_refused() -> None:
 
 def assert_goes_on_as_of_before(folder: Path, result: c.Result) -> None:
     """A file of an earlier version, which says turn, is read as it was; the command, by its old name, finds it done."""
-    from continuum.cli import main
+    from continuum.front.cli import main
 
     old = (folder / "small-threshold.h5").rename(folder / "small-turn.h5")
     with h5py.File(old, "r+") as file:
@@ -157,7 +157,7 @@ def test_names_of_before_go_on_with_a_remark() -> None:
 
 
 def test_the_command_stores_the_bracket_and_goes_on(tmp_path, monkeypatch, capsys) -> None:
-    from continuum.cli import main
+    from continuum.front.cli import main
 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "small.toml").write_text(SMALL)
@@ -187,7 +187,7 @@ def test_the_command_stores_the_bracket_and_goes_on(tmp_path, monkeypatch, capsy
     ],
 )
 def test_the_command_names_what_was_given_and_no_key_of_its_own(given, named, tmp_path, monkeypatch, capsys) -> None:
-    from continuum.cli import main
+    from continuum.front.cli import main
 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "small.toml").write_text(SMALL)

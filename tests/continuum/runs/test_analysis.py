@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from continuum.cli import main
-from continuum.files.inputs import load
-from continuum.runs.config import RunConfig
-from continuum.runs.result import Result
-from continuum.runs.run import follow_run
+from continuum.front.cli import main
+from continuum.inputs.reading import load
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.result import Result
+from continuum.store.runs.run import follow_run
 from continuum.theory import paper
 
 

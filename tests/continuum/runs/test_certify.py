@@ -13,20 +13,20 @@ import pytest
 from numpy.typing import NDArray
 
 import continuum as c
-from continuum.cli import main
-from continuum.errors import StickinessError
-from continuum.files import store
-from continuum.files.inputs import load
-from continuum.files.store import File
 from continuum.front import certify
+from continuum.front.cli import main
+from continuum.inputs.errors import StickinessError
+from continuum.inputs.reading import load
 from continuum.measure.certificate import StateCheck, check_state
 from continuum.measure.contact import Totals
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
-from continuum.runs.config import RunConfig
-from continuum.runs.run import follow_run
-from continuum.sweeps.measured import ADDED
+from continuum.store import datasets as store
+from continuum.store.datasets import File
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.run import follow_run
+from continuum.store.sweeps.measured import ADDED
 from tests import kinds
 from tests.kinds import covering
 from tests.problems import SMALL

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from continuum.cli import main
-from continuum.files.identity import identity, resolved
-from continuum.files.inputs import load
-from continuum.files.toml import ConfigError, find, text_of, value_of
-from continuum.runs.build import build
-from continuum.runs.config import RunConfig
+from continuum.front.cli import main
+from continuum.inputs.reading import load
+from continuum.inputs.toml import ConfigError, find, text_of, value_of
+from continuum.store.identity import identity, resolved
+from continuum.store.runs.build import build
+from continuum.store.runs.config import RunConfig
 from tests.problems import SMALL
 
 

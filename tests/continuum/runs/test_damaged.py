@@ -14,14 +14,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from continuum.app.states import OpenedResults
-from continuum.errors import OutputError
-from continuum.files.hdf5 import StoreError
-from continuum.files.inputs import load
-from continuum.runs.config import RunConfig
-from continuum.runs.result import Result
-from continuum.runs.run import follow_run
-from continuum.sweeps.measured import ADDED, numbers_of
+from continuum.inputs.errors import OutputError
+from continuum.inputs.reading import load
+from continuum.store.hdf5 import StoreError
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.result import Result
+from continuum.store.runs.run import follow_run
+from continuum.store.sweeps.measured import ADDED, numbers_of
+from continuum.view.states import OpenedResults
 
 RUN: dict[str, Any] = {
     "grid": {"n": 32},

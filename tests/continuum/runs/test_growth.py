@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 import continuum as c
-from continuum.cli import main
-from continuum.errors import OutputError
-from continuum.files import store
-from continuum.files.inputs import load
-from continuum.runs.build import build
-from continuum.runs.config import RunConfig
-from continuum.runs.growth import growth_of
-from continuum.runs.result import Result
-from continuum.runs.run import follow_run
-from continuum.sweeps.axes import Sweep
-from continuum.sweeps.status import sweep_status
+from continuum.front.cli import main
+from continuum.inputs.errors import OutputError
+from continuum.inputs.reading import load
+from continuum.store import datasets as store
+from continuum.store.runs.build import build
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.growth import growth_of
+from continuum.store.runs.result import Result
+from continuum.store.runs.run import follow_run
+from continuum.store.sweeps.axes import Sweep
+from continuum.store.sweeps.status import sweep_status
 from tests.problems import SMALL
 from tests.stored import content, same, stop_after
 

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from atomistic.config.validate import ValidateConfig
+from atomistic.inputs.validate import ValidateConfig
 from atomistic.relax.decks import _values
-from continuum.files.identity import identity, resolved, restored
-from continuum.files.inputs import load
-from continuum.files.toml import find
+from continuum.inputs.reading import load
+from continuum.inputs.toml import find
 from continuum.model.surface import Surface
 from continuum.model.walls import Wall
-from continuum.runs.config import RunConfig
-from continuum.sweeps.axes import Sweep
+from continuum.store.identity import identity, resolved, restored
+from continuum.store.runs.config import RunConfig
+from continuum.store.sweeps.axes import Sweep
 
 STORED = Path(__file__).with_name("identities.json")
 """Identities as they were stored, by inputs and by the changes below; new inputs are added, none is ever changed."""

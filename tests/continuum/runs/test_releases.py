@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 import continuum as c
-from continuum.cli import main
-from continuum.errors import OutputError
-from continuum.runs.result import Result
-from continuum.sweeps.listing import systems_of
+from continuum.front.cli import main
+from continuum.inputs.errors import OutputError
+from continuum.store.runs.result import Result
+from continuum.store.sweeps.listing import systems_of
 
 RELEASES = Path(__file__).with_name("releases")
 ROUGH = """

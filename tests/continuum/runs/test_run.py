@@ -18,21 +18,21 @@ import numpy as np
 import pytest
 
 import continuum as c
-from continuum.cli import main
-from continuum.errors import OutputError
-from continuum.files import store
-from continuum.files.hdf5 import StoreError
-from continuum.files.inputs import load
-from continuum.files.store import Dataset
+from continuum.front.cli import main
+from continuum.inputs.errors import OutputError
+from continuum.inputs.reading import load
 from continuum.model.walls import LennardJonesSpline
-from continuum.runs import run
-from continuum.runs.build import build
-from continuum.runs.config import RunConfig
-from continuum.runs.cost import cost_of, pair_seconds
-from continuum.runs.result import Result
-from continuum.runs.run import follow_run
 from continuum.show.plot import written_as
-from continuum.sweeps.axes import Sweep
+from continuum.store import datasets as store
+from continuum.store.datasets import Dataset
+from continuum.store.hdf5 import StoreError
+from continuum.store.runs import run
+from continuum.store.runs.build import build
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.cost import cost_of, pair_seconds
+from continuum.store.runs.result import Result
+from continuum.store.runs.run import follow_run
+from continuum.store.sweeps.axes import Sweep
 from tests.kinds import covering
 from tests.problems import SMALL
 from tests.stored import ENGINES, content, opens_in_xarray, same, stop_after
@@ -155,8 +155,8 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
     # It waits after each point to be killed, longer than the time between two writes.
     code = (
         "import sys, time; from pathlib import Path\n"
-        "from continuum.runs.config import RunConfig; from continuum.files.inputs import load\n"
-        "from continuum.runs.run import follow_run\n"
+        "from continuum.store.runs.config import RunConfig; from continuum.inputs.reading import load\n"
+        "from continuum.store.runs.run import follow_run\n"
         "follow_run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(1.1))"
     )
     process = subprocess.Popen([sys.executable, "-c", code, str(small), str(path)])

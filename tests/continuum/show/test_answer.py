@@ -15,21 +15,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum
-import continuum.cli
+import continuum.front.cli
 from continuum.front.predict import Prediction
+from continuum.maps import faults
+from continuum.maps.faults import NOT_GAUSSIAN, MapFault
+from continuum.maps.map import Topography
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.prediction import prediction_of
+from continuum.maps.verdict.probe import ProbePullOff
+from continuum.maps.verdict.threshold import RANGES, Basis, MapThreshold, RangePoint
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.show.answer import _range_and_heights, statements, times
 from continuum.show.prediction_data import row
 from continuum.show.prediction_figures import overview
-from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import prediction_of
-from continuum.sticky.probe import ProbePullOff
-from continuum.sticky.threshold import RANGES, Basis, MapThreshold, RangePoint
-from continuum.topography import faults
-from continuum.topography.faults import NOT_GAUSSIAN, MapFault
-from continuum.topography.map import Topography
 
 NANO = 1e-9
 INTERFACE = Interface(1e9, 0.05, 0.5 * NANO, 0.3 * NANO, probe=1e-5)
@@ -204,7 +204,7 @@ def test_ten_lines_and_a_page_that_begins_with_the_answer(
     np.save(tmp_path / "map.npy", HEIGHTS)
     words = ["predict", str(tmp_path / "map.npy"), "--size", "32nm", "--unit", "nm", "--no-solve", "--probe", "10um"]
     words += ["--material", "silicon", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]
-    assert continuum.cli.main(words) == 0
+    assert continuum.front.cli.main(words) == 0
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) <= 10
     assert lines[-2].endswith("map-predict.html")
@@ -212,5 +212,5 @@ def test_ten_lines_and_a_page_that_begins_with_the_answer(
     assert re.findall(r'<p class="verdict">(.*?)</p>', page) == [lines[0]]
     assert "Hann" not in "".join(lines)
     monkeypatch.setattr(Prediction, "write", lambda *_: [tmp_path / "map-predict.html"])
-    assert continuum.cli.main(["-v", *words]) == 0
+    assert continuum.front.cli.main(["-v", *words]) == 0
     assert "Theories, for comparison" in capsys.readouterr().out

@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import continuum
+from continuum.maps.map import Topography
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.prediction import prediction_of
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.show import plot
 from continuum.show.prediction_figures import overview
 from continuum.show.run_figures import draw_analysis, draw_run, map_figure
-from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import prediction_of
-from continuum.topography.map import Topography
 from tests.printed import faults_in_print
 
 

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from continuum.path.state import NEAREST, Event, JumpSide
-from continuum.runs.record import PathEvent
-from continuum.runs.result import Result
-from continuum.sheet import WIDEST, Column, Sheet, pairs
 from continuum.show.console import show
 from continuum.show.page import Page
 from continuum.show.plot import new_figure, save_figure
+from continuum.store.runs.record import PathEvent
+from continuum.store.runs.result import Result
+from continuum.store.sheet import WIDEST, Column, Sheet, pairs
 
 cells = (
     st.none() | st.integers(-1000, 1000) | st.floats() | st.text(st.characters(codec="utf-8", exclude_characters="\r"))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from continuum.errors import InputError
+from continuum.inputs.errors import InputError
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid

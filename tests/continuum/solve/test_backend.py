@@ -176,7 +176,7 @@ def test_a_device_that_there_is_not_is_said_and_none_is_imported_early() -> None
         solver(8, "abacus")
     # Nor is what takes a third of the time that an input needs to be read, and only a table of a wall uses.
     late = "{'continuum.solve.compiled.back_end', 'scipy.interpolate'}"
-    code = f"import sys, continuum.solve.solver, continuum.runs.config; assert not {late} & sys.modules.keys()"
+    code = f"import sys, continuum.solve.solver, continuum.store.runs.config; assert not {late} & sys.modules.keys()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.model.fourier import Real, cut, padded, prolong, restrict
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import dblquad
 
 import continuum as c
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.measure.certificate import check_state
 from continuum.model.fourier import Real
 from continuum.model.open_boundary import FAR, OpenBoundary, cell_influence

@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
 import continuum as c
-from continuum.arguments import ArgumentError
-from continuum.files.inputs import load
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.reading import load
 from continuum.measure.certificate import check_state
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.loading import solve
-from continuum.runs.config import RunConfig
-from continuum.runs.run import follow_run
 from continuum.solve.backend import most_work
 from continuum.solve.solution import Settings
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.run import follow_run
 from continuum.theory.smooth import Hertz
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError
 from continuum.measure.contact import ATTRACTED, OUT_OF_RANGE, REPULSIVE, contact_map, totals_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid

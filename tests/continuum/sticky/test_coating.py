@@ -11,10 +11,10 @@ import pytest
 
 import continuum as c
 from continuum.front.predict import Prediction
-from continuum.sticky.materials import Interface, InterfaceError, read_interface
-from continuum.sticky.prediction import prediction_of
-from continuum.sticky.threshold import AREA_TOLERANCE, press_map
-from continuum.topography.map import Topography
+from continuum.maps.map import Topography
+from continuum.maps.verdict.materials import Interface, InterfaceError, read_interface
+from continuum.maps.verdict.prediction import prediction_of
+from continuum.maps.verdict.threshold import AREA_TOLERANCE, press_map
 from tests.continuum.sticky.test_predict import surface
 
 BODY: dict[str, Any] = {"modulus": "1GPa", "poisson": 0.3, "work": "50mJ/m2", "range": "0.35nm"}

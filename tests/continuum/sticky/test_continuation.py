@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 import continuum as c
-from continuum.cli import main
+from continuum.front.cli import main
+from continuum.maps.map import Topography, TopographyError
+from continuum.maps.mending import cut_off
+from continuum.maps.roughness import roughness_of
+from continuum.maps.verdict.continuation import continuation_of, sharpest_wave
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.prediction import PredictionNumbers, prediction_of, unmeasured_shift
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
-from continuum.sticky.continuation import continuation_of, sharpest_wave
-from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import PredictionNumbers, prediction_of, unmeasured_shift
 from continuum.theory.rough import conformal_energy
-from continuum.topography.map import Topography, TopographyError
-from continuum.topography.mending import cut_off
-from continuum.topography.roughness import roughness_of
 from tests.kinds import covering
 
 GRID = Grid.square(1024)

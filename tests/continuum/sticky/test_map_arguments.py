@@ -11,13 +11,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.arguments import ArgumentError
-from continuum.sticky.materials import Body, Interface, materials, read_interface
-from continuum.sticky.prediction import prediction_of
-from continuum.sticky.threshold import press_map
-from continuum.topography.faults import directions, find_faults
-from continuum.topography.map import Topography, mirror, opposed
-from continuum.topography.mending import (
+from continuum.inputs.arguments import ArgumentError
+from continuum.maps.faults import directions, find_faults
+from continuum.maps.map import Topography, mirror, opposed
+from continuum.maps.mending import (
     background,
     crop,
     cut_off,
@@ -27,10 +24,13 @@ from continuum.topography.mending import (
     prepare,
     wall_from_map,
 )
-from continuum.topography.reading import read_all, read_topography
-from continuum.topography.roughness import fit_self_affine, roughness_of, spectrum, stencil_moments, together
-from continuum.topography.scanlines import scan_lines
-from continuum.topography.spectra import isotropic_surface, joined
+from continuum.maps.reading import read_all, read_topography
+from continuum.maps.roughness import fit_self_affine, roughness_of, spectrum, stencil_moments, together
+from continuum.maps.scanlines import scan_lines
+from continuum.maps.spectra import isotropic_surface, joined
+from continuum.maps.verdict.materials import Body, Interface, materials, read_interface
+from continuum.maps.verdict.prediction import prediction_of
+from continuum.maps.verdict.threshold import press_map
 from tests.wrong import ANYTHING, refused_by_name
 
 HEIGHTS = np.random.default_rng(1).normal(size=(16, 18)).cumsum(0)

@@ -14,14 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import docs.materials
-from continuum.cli import main
+from continuum.front.cli import main
 from continuum.front.predict import Prediction
-from continuum.model.grid import Grid
-from continuum.model.surface import SelfAffine
-from continuum.model.walls import InversePowers
-from continuum.model.walls.attraction import attraction_on_core
-from continuum.show.prediction_figures import overview
-from continuum.sticky.materials import (
+from continuum.maps.map import Topography
+from continuum.maps.mending import detrend
+from continuum.maps.reading import read_all, read_topography
+from continuum.maps.verdict.materials import (
     Body,
     Interface,
     InterfaceError,
@@ -30,11 +28,13 @@ from continuum.sticky.materials import (
     read_interface,
     reduced_modulus,
 )
-from continuum.sticky.on_grid import UnresolvedError, check_resolved, shortest_range
-from continuum.sticky.prediction import prediction_of
-from continuum.topography.map import Topography
-from continuum.topography.mending import detrend
-from continuum.topography.reading import read_all, read_topography
+from continuum.maps.verdict.on_grid import UnresolvedError, check_resolved, shortest_range
+from continuum.maps.verdict.prediction import prediction_of
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine
+from continuum.model.walls import InversePowers
+from continuum.model.walls.attraction import attraction_on_core
+from continuum.show.prediction_figures import overview
 from tests.measured import AFM, MEASURED, needs_files, needs_reader
 from tests.printed import faults_in_print
 

@@ -9,6 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from continuum.maps.map import Topography
+from continuum.maps.verdict.criteria import RoughContact
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.on_grid import CORE_STIFFNESS, wall_of_map
+from continuum.maps.verdict.prediction import prediction_of
+from continuum.maps.verdict.probe import probe_doubts, probe_pull_off
+from continuum.maps.verdict.search import search_threshold
+from continuum.maps.verdict.threshold import press_map
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.walls.attraction import attraction_on_core
@@ -16,15 +24,7 @@ from continuum.path.loading import follow
 from continuum.path.state import Search
 from continuum.show.answer import statements
 from continuum.solve.solution import Settings
-from continuum.sticky.criteria import RoughContact
-from continuum.sticky.materials import Interface
-from continuum.sticky.on_grid import CORE_STIFFNESS, wall_of_map
-from continuum.sticky.prediction import prediction_of
-from continuum.sticky.probe import probe_doubts, probe_pull_off
-from continuum.sticky.search import search_threshold
-from continuum.sticky.threshold import press_map
 from continuum.theory.smooth import MaugisDugdale
-from continuum.topography.map import Topography
 from tests.continuum.sticky.test_predict import surface
 
 

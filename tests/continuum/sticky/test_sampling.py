@@ -8,14 +8,14 @@ from functools import cache
 import numpy as np
 import pytest
 
+from continuum.maps.map import Topography
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.prediction import PredictionNumbers, prediction_of
+from continuum.maps.verdict.sampling import FLOOR, Blocks
+from continuum.maps.verdict.threshold import MapThreshold, PressedMap, press_map
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.show.answer import statements
-from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import PredictionNumbers, prediction_of
-from continuum.sticky.sampling import FLOOR, Blocks
-from continuum.sticky.threshold import MapThreshold, PressedMap, press_map
-from continuum.topography.map import Topography
 
 N, ROLL_OFF = 96, 24.0
 

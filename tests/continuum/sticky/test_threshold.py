@@ -12,17 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.cli import main
-from continuum.model.grid import Grid
-from continuum.model.surface import SelfAffine
-from continuum.show.answer import statements
-from continuum.show.prediction_figures import load_figure
-from continuum.solve.solution import NotConvergedError
-from continuum.sticky.materials import Interface
-from continuum.sticky.on_grid import UnresolvedError
-from continuum.sticky.prediction import WIDE, PredictionNumbers, prediction_of, unmeasured_shift
-from continuum.sticky.search import WIDTH, find_threshold, search_threshold
-from continuum.sticky.threshold import (
+from continuum.front.cli import main
+from continuum.maps.map import Topography, mirror
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.on_grid import UnresolvedError
+from continuum.maps.verdict.prediction import WIDE, PredictionNumbers, prediction_of, unmeasured_shift
+from continuum.maps.verdict.search import WIDTH, find_threshold, search_threshold
+from continuum.maps.verdict.threshold import (
     ANY,
     BEYOND,
     BEYOND_FEW,
@@ -35,8 +31,12 @@ from continuum.sticky.threshold import (
     bounds,
     press_map,
 )
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine
+from continuum.show.answer import statements
+from continuum.show.prediction_figures import load_figure
+from continuum.solve.solution import NotConvergedError
 from continuum.theory.rough import threshold_share
-from continuum.topography.map import Topography, mirror
 from tests.continuum.sticky.test_predict import surface
 from tests.printed import faults_in_print
 
@@ -133,7 +133,7 @@ def test_the_curve_is_that_of_each_range() -> None:
 @pytest.mark.parametrize(("few", "off"), [(FEW_POINTS, BEYOND_FEW), (100, BEYOND)])
 def test_where_few_points_touch_the_error_is_larger(monkeypatch: pytest.MonkeyPatch, few: int, off: float) -> None:
     """A hundredth of 128² points are 164."""
-    monkeypatch.setattr("continuum.sticky.threshold.FEW_POINTS", few)
+    monkeypatch.setattr("continuum.maps.verdict.threshold.FEW_POINTS", few)
     pressed = press_map(textured("Gaussian"), Interface(1.0, 1.0, 1.0, None))
     found, one = pressed.threshold(), pressed.linear.at(1.0)
     assert found.why == ()
@@ -145,12 +145,12 @@ def test_a_coarser_grid_has_nearly_the_same_threshold(monkeypatch: pytest.Monkey
     topography = surface(128, lambda_s=16.0)
     contact = Interface(1.0, 0.01, 1.5, None)
     whole = press_map(topography, contact).threshold()
-    monkeypatch.setattr("continuum.sticky.threshold.LINEAR", 64**2)
+    monkeypatch.setattr("continuum.maps.verdict.threshold.LINEAR", 64**2)
     by_ratio = press_map(topography, contact).threshold()
     assert by_ratio.work == pytest.approx(whole.work, rel=BEYOND - 1)
     assert by_ratio.gap.shape == (128, 128)
     assert any("64 x 64 points" in text for text in by_ratio.warnings)
-    monkeypatch.setattr("continuum.sticky.threshold.FINEST", 64**2)
+    monkeypatch.setattr("continuum.maps.verdict.threshold.FINEST", 64**2)
     coarse = press_map(topography, contact).threshold()
     assert coarse.work == pytest.approx(whole.work, rel=2 * (BEYOND - 1))
     assert any("are left out" in text for text in coarse.warnings)
@@ -240,7 +240,7 @@ def test_where_no_search_ends_there_are_bounds_and_their_reason(
     def refuse(*_: Any, **__: Any) -> None:
         raise error
 
-    monkeypatch.setattr("continuum.sticky.search.bracket_threshold", refuse)
+    monkeypatch.setattr("continuum.maps.verdict.search.bracket_threshold", refuse)
     small = surface(64)
     topography = Topography(1e-9 * small.heights, (64e-9, 64e-9), True)
     work = of_a_small_surface().work
@@ -249,12 +249,12 @@ def test_where_no_search_ends_there_are_bounds_and_their_reason(
     assert found.threshold.source is Basis.BOUNDS
     assert found.verdict.answer == "undecided"
     assert str(error) in found.verdict.why
-    monkeypatch.setattr("continuum.sticky.search.SHORT", -1.0)  # a clock may find that a small grid takes none
+    monkeypatch.setattr("continuum.maps.verdict.search.SHORT", -1.0)  # a clock may find that a small grid takes none
     assert "--solve makes it" in prediction_of([topography], found.interface).solved().verdict.why
 
 
 def test_a_search_that_nobody_asked_for_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("continuum.sticky.search.PATIENCE", 0.05)
+    monkeypatch.setattr("continuum.maps.verdict.search.PATIENCE", 0.05)
     pressed = press_map(surface(), Interface(1.0, 1.0, RANGE, None))
     found = pressed.threshold()
     with pytest.raises(NotConvergedError, match=r"not found within 15 pairs of transforms, 0\.05 times"):

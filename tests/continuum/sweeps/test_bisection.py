@@ -11,11 +11,11 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from continuum.cli import main
-from continuum.files.toml import ConfigError
-from continuum.sweeps.axes import Sweep
-from continuum.sweeps.bisection import KEYS, Bisection, bisection_faults, is_bisection
-from continuum.sweeps.measured import COLUMNS, SystemTable
+from continuum.front.cli import main
+from continuum.inputs.toml import ConfigError
+from continuum.store.sweeps.axes import Sweep
+from continuum.store.sweeps.bisection import KEYS, Bisection, bisection_faults, is_bisection
+from continuum.store.sweeps.measured import COLUMNS, SystemTable
 from tests.problems import SMALL
 
 ONE: dict[str, Any] = {"bisect": "load at 1.4", "from": 0.002, "to": 0.02, "tolerance": 0.02}

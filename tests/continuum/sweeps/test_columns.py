@@ -20,17 +20,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.arguments import ArgumentError
-from continuum.cli import main
-from continuum.files.toml import ConfigError
-from continuum.runs.result import Result
-from continuum.sweeps import sweep as sweeps
-from continuum.sweeps.axes import Sweep
-from continuum.sweeps.collect import collect
-from continuum.sweeps.columns import ColumnError, OwnColumn
-from continuum.sweeps.crossings import TrialError, done_before, solve_task
-from continuum.sweeps.sweep import begin, record
-from continuum.sweeps.workers import StopSignal, TaskResult
+from continuum.front.cli import main
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.toml import ConfigError
+from continuum.store.runs.result import Result
+from continuum.store.sweeps import sweep as sweeps
+from continuum.store.sweeps.axes import Sweep
+from continuum.store.sweeps.collect import collect
+from continuum.store.sweeps.columns import ColumnError, OwnColumn
+from continuum.store.sweeps.crossings import TrialError, done_before, solve_task
+from continuum.store.sweeps.sweep import begin, record
+from continuum.store.sweeps.workers import StopSignal, TaskResult
 from tests.problems import SMALL
 
 SEEDS = '[sweep.axes]\n"surface.seed" = [3, 4]\n'

@@ -19,19 +19,19 @@ import pytest
 import xarray
 
 import continuum as c
-from continuum.cli import main
-from continuum.errors import InputError, OutputError
-from continuum.files.inputs import InputFile
-from continuum.files.toml import ConfigError
-from continuum.runs.cost import cost_of
-from continuum.runs.result import Result
-from continuum.sweeps import crossings
-from continuum.sweeps.axes import Sweep
-from continuum.sweeps.collect import LeftOutWarning, collect
-from continuum.sweeps.crossings import TrialError, crossings_of, done_before, solve_task
-from continuum.sweeps.listing import systems_of
-from continuum.sweeps.sweep import SystemTask, begin, record
-from continuum.sweeps.workers import TaskResult
+from continuum.front.cli import main
+from continuum.inputs.errors import InputError, OutputError
+from continuum.inputs.reading import InputFile
+from continuum.inputs.toml import ConfigError
+from continuum.store.runs.cost import cost_of
+from continuum.store.runs.result import Result
+from continuum.store.sweeps import crossings
+from continuum.store.sweeps.axes import Sweep
+from continuum.store.sweeps.collect import LeftOutWarning, collect
+from continuum.store.sweeps.crossings import TrialError, crossings_of, done_before, solve_task
+from continuum.store.sweeps.listing import systems_of
+from continuum.store.sweeps.sweep import SystemTask, begin, record
+from continuum.store.sweeps.workers import TaskResult
 from tests.problems import SMALL
 from tests.stored import same
 

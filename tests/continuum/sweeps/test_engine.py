@@ -12,16 +12,16 @@ from pathlib import Path
 
 import pytest
 
-from continuum.arguments import ArgumentError
-from continuum.sweeps.workers import DIED, Task, run_tasks
+from continuum.inputs.arguments import ArgumentError
+from continuum.store.sweeps.workers import DIED, Task, run_tasks
 from tests.tasks import exists, see, work
 
 ROOT = Path(__file__).parents[3]
 SCRIPT = """
 from functools import partial
 from pathlib import Path
-from continuum.sweeps.workers import run_tasks
-from continuum.sweeps.workers import Task
+from continuum.store.sweeps.workers import run_tasks
+from continuum.store.sweeps.workers import Task
 from tests.tasks import exists, work
 print("read", flush=True)
 tasks = [Task(Path(f"{i}.txt"), f"good {i}", float(i)) for i in (1, 2)]

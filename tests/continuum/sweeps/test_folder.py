@@ -16,14 +16,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.cli import main
-from continuum.errors import OutputError, StickinessError
-from continuum.files import store
-from continuum.sweeps.axes import Sweep
-from continuum.sweeps.collect import LeftOutWarning
-from continuum.sweeps.folder import Folder
-from continuum.sweeps.listing import systems_of
-from continuum.sweeps.sweep import begin
+from continuum.front.cli import main
+from continuum.inputs.errors import OutputError, StickinessError
+from continuum.store import datasets as store
+from continuum.store.sweeps.axes import Sweep
+from continuum.store.sweeps.collect import LeftOutWarning
+from continuum.store.sweeps.folder import Folder
+from continuum.store.sweeps.listing import systems_of
+from continuum.store.sweeps.sweep import begin
 from tests.problems import SMALL
 
 

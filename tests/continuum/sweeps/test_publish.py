@@ -19,14 +19,14 @@ import pytest
 import xarray
 
 import continuum as c
-from continuum.arguments import ArgumentError
-from continuum.cli import main
-from continuum.errors import InputError
-from continuum.files.provenance import Citation
+from continuum.front.cli import main
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.errors import InputError
 from continuum.paper import publication, publication_page
 from continuum.paper.crate import Creator
 from continuum.paper.page import drawings_of
 from continuum.paper.publication import sweep_publish
+from continuum.store.provenance import Citation
 from tests.problems import SMALL
 
 ROOT = Path(__file__).parents[3]

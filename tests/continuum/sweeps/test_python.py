@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 import continuum as c
-from continuum.arguments import ArgumentError
-from continuum.files import labelled
-from continuum.files.inputs import source_of
-from continuum.sweeps import crossings
-from continuum.sweeps.collect import PointTable
+from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.reading import source_of
+from continuum.store import labelled
+from continuum.store.sweeps import crossings
+from continuum.store.sweeps.collect import PointTable
 
 RUN: dict[str, Any] = {
     "grid": {"n": [32, 40]},

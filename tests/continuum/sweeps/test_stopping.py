@@ -20,17 +20,17 @@ import continuum as c
 import continuum.front.sweeps
 import continuum.path.equilibrium
 import continuum.path.loading
-from continuum.cli import main
-from continuum.errors import StickinessError
-from continuum.files import store
-from continuum.files.inputs import load
-from continuum.runs.config import RunConfig
-from continuum.runs.run import follow_run
-from continuum.sweeps.axes import Sweep
-from continuum.sweeps.folder import Folder
-from continuum.sweeps.status import sweep_status
-from continuum.sweeps.sweep import begin, record_death, solve_system
-from continuum.sweeps.workers import Message, Task
+from continuum.front.cli import main
+from continuum.inputs.errors import StickinessError
+from continuum.inputs.reading import load
+from continuum.store import datasets as store
+from continuum.store.runs.config import RunConfig
+from continuum.store.runs.run import follow_run
+from continuum.store.sweeps.axes import Sweep
+from continuum.store.sweeps.folder import Folder
+from continuum.store.sweeps.status import sweep_status
+from continuum.store.sweeps.sweep import begin, record_death, solve_system
+from continuum.store.sweeps.workers import Message, Task
 from docs import schedulers
 from tests.problems import SMALL
 from tests.stored import content, same
@@ -144,7 +144,9 @@ def test_a_killed_process_is_named_and_the_path_of_the_other_goes_on(tmp_path: P
     def kill(task: object, share: float) -> None:
         del task
         if not killed:
-            workers = [c for c in psutil.Process().children() if "continuum.sweeps.workers" in " ".join(c.cmdline())]
+            workers = [
+                c for c in psutil.Process().children() if "continuum.store.sweeps.workers" in " ".join(c.cmdline())
+            ]
             killed.append(workers[0].pid)
             os.kill(workers[0].pid, signal.SIGKILL)
 

@@ -25,25 +25,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum
-from continuum.cli import main
-from continuum.errors import InputError, OutputError
-from continuum.files import store
-from continuum.files.hdf5 import UnreadError
-from continuum.files.toml import ConfigError
+from continuum.front.cli import main
+from continuum.inputs.errors import InputError, OutputError
+from continuum.inputs.toml import ConfigError
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.points import sweep_points
-from continuum.runs.config import RunConfig, expand_range
-from continuum.runs.cost import cost_of
 from continuum.solve.backend import back_end
-from continuum.sweeps import axes
-from continuum.sweeps import sweep as sweeping
-from continuum.sweeps.axes import Sweep, label_of
-from continuum.sweeps.collect import LeftOutWarning, Verification, collect, sweep_verify
-from continuum.sweeps.conditions import condition, holds, values_of
-from continuum.sweeps.listing import systems_of
-from continuum.sweeps.measured import numbers_of
-from continuum.sweeps.status import sweep_status
-from continuum.sweeps.sweep import begin, solve_system
+from continuum.store import datasets as store
+from continuum.store.hdf5 import UnreadError
+from continuum.store.runs.config import RunConfig, expand_range
+from continuum.store.runs.cost import cost_of
+from continuum.store.sweeps import axes
+from continuum.store.sweeps import sweep as sweeping
+from continuum.store.sweeps.axes import Sweep, label_of
+from continuum.store.sweeps.collect import LeftOutWarning, Verification, collect, sweep_verify
+from continuum.store.sweeps.conditions import condition, holds, values_of
+from continuum.store.sweeps.listing import systems_of
+from continuum.store.sweeps.measured import numbers_of
+from continuum.store.sweeps.status import sweep_status
+from continuum.store.sweeps.sweep import begin, solve_system
 from tests.problems import SMALL
 from tests.stored import content, same
 
@@ -525,7 +525,7 @@ import signal, sys
 # A test runner that was itself started in the background ignores these, and so do all that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
-from continuum.cli import main
+from continuum.front.cli import main
 sys.exit(main())
 """
 
@@ -538,7 +538,9 @@ def driver(path: Path, root: Path, *options: str) -> subprocess.Popen[bytes]:
 def workers_of(process: subprocess.Popen[bytes]) -> list[int]:
     """Its processes that solve systems."""
     children = psutil.Process(process.pid).children()
-    return [child.pid for child in children if any("continuum.sweeps.workers" in word for word in child.cmdline())]
+    return [
+        child.pid for child in children if any("continuum.store.sweeps.workers" in word for word in child.cmdline())
+    ]
 
 
 def until_some_are_done(root: Path, process: subprocess.Popen[bytes], count: int) -> None:
@@ -641,8 +643,8 @@ def test_ten_thousand_systems_are_listed_resumed_and_collected_in_seconds(undist
     began = time.perf_counter()
     tasks = begin(Sweep.read(path), root)
     listed = time.perf_counter() - began
-    from continuum.files import store
-    from continuum.runs.config import RunConfig
+    from continuum.store import datasets as store
+    from continuum.store.runs.config import RunConfig
 
     solve_system(root, tasks[0])
     file = store.read_datasets(tasks[0].path, RunConfig.result_schema, RunConfig.result_version)

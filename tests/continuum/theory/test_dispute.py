@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from continuum.sticky.criteria import CRITERIA, Criterion, RoughContact
+from continuum.maps.verdict.criteria import CRITERIA, Criterion, RoughContact
 from continuum.theory import rough
 
 

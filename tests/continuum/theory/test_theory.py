@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from continuum.sticky.criteria import CRITERIA, Estimate, RoughContact, every_estimate
+from continuum.maps.verdict.criteria import CRITERIA, Estimate, RoughContact, every_estimate
 from continuum.theory import paper, rough, smooth
 from docs.studies.persson import persson_area
 from tests import classical

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.topography.areal import areal_parameters
-from continuum.topography.faults import directions
-from continuum.topography.map import Topography
-from continuum.topography.roughness import stencil_moments
+from continuum.maps.areal import areal_parameters
+from continuum.maps.faults import directions
+from continuum.maps.map import Topography
+from continuum.maps.roughness import stencil_moments
 
 
 @given(st.floats(0.01, 3.0), st.floats(0.01, 3.0), st.floats(1e-9, 1e3))
@@ -41,7 +41,7 @@ def test_a_map_is_looked_at_a_few_rows_at_a_time(monkeypatch: pytest.MonkeyPatch
     heights = np.random.default_rng(0).normal(size=(67, 16)).cumsum(0)
     found = []
     for part in (1, 16 * 5, 16 * 66, 10**6):
-        monkeypatch.setattr("continuum.topography.map._PART", part)
+        monkeypatch.setattr("continuum.maps.map._PART", part)
         one = Topography(heights, (67.0, 32.0))
         by = directions(one)
         moments = stencil_moments(one.grid, heights, periodic=True)

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import continuum as c
-from continuum.cli import main
-from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import prediction_of
-from continuum.topography.faults import find_faults
-from continuum.topography.map import TopographyError
-from continuum.topography.mending import prepare
-from continuum.topography.reading import read_all, read_topography
-from continuum.topography.roughness import roughness_of
+from continuum.front.cli import main
+from continuum.maps.faults import find_faults
+from continuum.maps.map import TopographyError
+from continuum.maps.mending import prepare
+from continuum.maps.reading import read_all, read_topography
+from continuum.maps.roughness import roughness_of
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.prediction import prediction_of
 from tests.measured import needs_reader
 from tests.problems import Rough
 

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from continuum.topography.map import Topography, TopographyError
-from continuum.topography.reading import read_all, read_topography
+from continuum.maps.map import Topography, TopographyError
+from continuum.maps.reading import read_all, read_topography
 
 SHAPE, PIXEL = (20, 16), 10.0
 HEIGHTS = np.random.default_rng(4).normal(size=SHAPE)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from continuum.topography.map import Topography, TopographyError
-from continuum.topography.mending import wall_from_map
+from continuum.maps.map import Topography, TopographyError
+from continuum.maps.mending import wall_from_map
 
 NM = 1e-9
 

@@ -7,9 +7,9 @@ import re
 import numpy as np
 import pytest
 
-from continuum.topography import faults
-from continuum.topography.faults import find_faults
-from continuum.topography.map import Topography
+from continuum.maps import faults
+from continuum.maps.faults import find_faults
+from continuum.maps.map import Topography
 from tests.kinds import covering
 
 ERROR = 3.3

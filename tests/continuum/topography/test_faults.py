@@ -12,22 +12,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.cli import main
+from continuum.front.cli import main
 from continuum.front.predict import Prediction, of_maps
+from continuum.maps import faults
+from continuum.maps.faults import LEVELLING, ROUGHENING, directions, find_faults
+from continuum.maps.map import Topography, TopographyError
+from continuum.maps.mending import Detrending, background, cut_off, detrend, fill_outliers, harmonic
+from continuum.maps.reading import read_topography
+from continuum.maps.roughness import roughness_of
+from continuum.maps.scanlines import scan_lines
+from continuum.maps.verdict import threshold
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.prediction import prediction_of
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.show.prediction_data import remedy_options
 from continuum.show.prediction_figures import fault_figure
-from continuum.sticky import threshold
-from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import prediction_of
-from continuum.topography import faults
-from continuum.topography.faults import LEVELLING, ROUGHENING, directions, find_faults
-from continuum.topography.map import Topography, TopographyError
-from continuum.topography.mending import Detrending, background, cut_off, detrend, fill_outliers, harmonic
-from continuum.topography.reading import read_topography
-from continuum.topography.roughness import roughness_of
-from continuum.topography.scanlines import scan_lines
 from tests.faulty_maps import FAULTS, PIXEL, clean, cut_out, faulty
 from tests.kinds import covering
 from tests.printed import faults_in_print

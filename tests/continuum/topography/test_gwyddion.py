@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from continuum.topography.map import TopographyError
-from continuum.topography.reading import read_topography
+from continuum.maps.map import TopographyError
+from continuum.maps.reading import read_topography
 from tests.measured import needs_reader
 
 GWYDDION = shutil.which("gwyddion")

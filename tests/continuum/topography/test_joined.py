@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from continuum.cli import main
+from continuum.front.cli import main
+from continuum.maps.instruments import measurements
+from continuum.maps.map import Topography, TopographyError
+from continuum.maps.reading import read_topography
+from continuum.maps.spectra import isotropic_surface, joined, joined_spectrum
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
-from continuum.topography.instruments import measurements
-from continuum.topography.map import Topography, TopographyError
-from continuum.topography.reading import read_topography
-from continuum.topography.spectra import isotropic_surface, joined, joined_spectrum
 from tests.kinds import covering
 from tests.measured import MEASURED, needs_files, needs_reader
 

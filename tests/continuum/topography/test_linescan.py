@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.cli import main
+from continuum.front.cli import main
+from continuum.maps.map import Topography, TopographyError
+from continuum.maps.reading import read_topography
+from continuum.maps.roughness import roughness_of
+from continuum.maps.spectra import isotropic_surface, profile_spectrum, surface_bands
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.prediction import prediction_of
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
-from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import prediction_of
-from continuum.topography.map import Topography, TopographyError
-from continuum.topography.reading import read_topography
-from continuum.topography.roughness import roughness_of
-from continuum.topography.spectra import isotropic_surface, profile_spectrum, surface_bands
 
 GRID = Grid.square(512)
 

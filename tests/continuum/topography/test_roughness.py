@@ -7,12 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.model.fourier import Real
-from continuum.model.grid import Grid
-from continuum.model.surface import SelfAffine, moments
-from continuum.topography.map import Topography
-from continuum.topography.mending import detrend
-from continuum.topography.roughness import (
+from continuum.maps.map import Topography
+from continuum.maps.mending import detrend
+from continuum.maps.roughness import (
     Roughness,
     fit_self_affine,
     hann,
@@ -21,6 +18,9 @@ from continuum.topography.roughness import (
     stencil_moments,
     together,
 )
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine, moments
 from tests.kinds import covering
 
 

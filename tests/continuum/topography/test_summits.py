@@ -11,17 +11,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import truncnorm
 
+from continuum.maps.faults import find_faults
+from continuum.maps.map import Topography
+from continuum.maps.mending import detrend
+from continuum.maps.summits import BLOCKS, TENTH, excess, summits_of
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.prediction import prediction_of
+from continuum.maps.verdict.search import search_threshold
+from continuum.maps.verdict.threshold import press_map
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
-from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import prediction_of
-from continuum.sticky.search import search_threshold
-from continuum.sticky.threshold import press_map
-from continuum.topography.faults import find_faults
-from continuum.topography.map import Topography
-from continuum.topography.mending import detrend
-from continuum.topography.summits import BLOCKS, TENTH, excess, summits_of
 
 PIXEL = 2e-9
 N = 96

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.cli import main
-from continuum.topography.map import Topography, TopographyError, mirror, opposed
-from continuum.topography.mending import detrend
-from continuum.topography.reading import read_all, read_topography
+from continuum.front.cli import main
+from continuum.maps.map import Topography, TopographyError, mirror, opposed
+from continuum.maps.mending import detrend
+from continuum.maps.reading import read_all, read_topography
 from tests.measured import AFM, MEASURED, needs_files, needs_reader
 
 CONTACT = ["--material", "silicon"]

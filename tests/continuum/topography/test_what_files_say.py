@@ -8,11 +8,11 @@ import h5py
 import numpy as np
 import pytest
 
-from continuum.cli import main
-from continuum.files.kinds import FileSurface
+from continuum.front.cli import main
+from continuum.maps.map import TopographyError
+from continuum.maps.reading import read_all, read_topography
 from continuum.model.grid import Grid
-from continuum.topography.map import TopographyError
-from continuum.topography.reading import read_all, read_topography
+from continuum.store.kinds import FileSurface
 from tests.measured import needs_reader
 
 HEIGHTS = np.random.default_rng(3).normal(size=(32, 20)).cumsum(0)

@@ -1,0 +1,364 @@
+"""The public functions of ``atomistic``, one for each command: crystals, inputs, decks written, run and read."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from atomistic.crystal.interatomic import Springs
+from atomistic.crystal.model import ContactModulus, Model, Potential, check_potential
+from atomistic.inputs.crystal import DEEPEST, SHALLOWEST, ElasticConfig
+from atomistic.inputs.deck import MOST_STEPS, DeckConfig, crystals_of, steps_of
+from atomistic.inputs.motion import LARGEST_PRESSURE, Steps
+from atomistic.inputs.quantities import in_both
+from atomistic.inputs.validate import ValidateConfig
+from atomistic.lammps.deck import Deck, WallForce
+from atomistic.lammps.engine import runner
+from atomistic.lammps.shape import Shape, check_shape, shape_of
+from atomistic.relax.certify import DeckCertificate, certify_deck
+from atomistic.relax.deckrun import ContinuumStep, DeckSteps
+from atomistic.relax.decks import DeckParts, deck_input, deck_of, deck_units, parts_of, parts_under, steps_in_units
+from atomistic.response.lattice import Discreteness, LatticeResponse, discreteness
+from atomistic.response.material import model_of
+from continuum.front.contact import Contact
+from continuum.inputs.arguments import (
+    ArgumentError,
+    choice,
+    count,
+    file_name,
+    flag,
+    function,
+    instance,
+    number,
+    several,
+)
+from continuum.inputs.document import refuse
+from continuum.inputs.reading import load
+from continuum.inputs.tables import Fault
+from continuum.inputs.toml import Source, find
+from continuum.inputs.units import per_area
+from continuum.store.sheet import Sheet, Shown, pairs
+
+LATTICES = 48, 256
+"""Fewest and most surface atoms a side of a lattice Green's function: fewer have too few long waves to compare with
+the continuum, more take too much memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Elastic(Shown):
+    """The crystal of an interatomic model, measured."""
+
+    model: Model
+    modulus: ContactModulus
+    response: LatticeResponse | None = field(repr=False)
+    """Lattice Green's function of a slab, if it was asked for."""
+    discreteness: Discreteness | None = field(repr=False)
+    """Its convergence to the continuum."""
+
+    def sheets(self) -> list[Sheet]:
+        """The constants; and the lattice beside the continuum."""
+        from atomistic.show.crystal import crystal_sheet, lattice_sheet
+
+        sheets = [crystal_sheet(self.model)]
+        if self.response is not None and self.discreteness is not None:
+            sheets.append(lattice_sheet(self.response, self.discreteness))
+        return sheets
+
+    def plot(self, folder: str | Path, name: str) -> list[Path]:
+        """Draw its figures into a folder, under names that begin with ``name``; returns the PNG files."""
+        from atomistic.show.crystal import draw_contact_modulus, draw_discreteness
+
+        folder = file_name("folder", folder)
+        file_name("name", instance("name", name, str, "a text that names of files begin with"))
+        drawn = [draw_contact_modulus(self.modulus, folder / f"{name}-contact-modulus", name)]
+        if self.discreteness is not None:
+            drawn.append(draw_discreteness(self.discreteness, folder / f"{name}-discreteness", name))
+        return drawn
+
+
+def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elastic:
+    """Lattice constant, elastic constants, E*(100) and surface relaxation of a crystal.
+
+    Parameters
+    ----------
+    file : input (TOML) with a table [interatomic]; or the interatomic model itself.
+    lattice : also compute the lattice Green's function of a slab with this many surface atoms a side, 48 to 256, and
+        as many a0 deep.
+
+    Raises
+    ------
+    ArgumentError, ConfigError, PotentialError, LammpsError
+        If an argument is not allowed, the crystal is not a stable fcc one, or LAMMPS fails.
+    """
+    from atomistic.response.cache import slab_response
+
+    if lattice is not None:
+        count("lattice", lattice, *LATTICES)
+    if isinstance(file, str | os.PathLike):
+        config = load(file_name("file", file), ElasticConfig)
+        if not config.crystal.own:
+            raise refuse(
+                config, Fault(("crystal",), "fcc(100) here; E* of another face stands in README.txt of its deck")
+            )
+        potential = config.interatomic.potential()
+    else:
+        potential = check_potential("file", file)
+    model = model_of(potential)
+    modulus = ContactModulus.of(model.elastic_constants)
+    if lattice is None:
+        return Elastic(model, modulus, None, None)
+    response = slab_response(model, lattice)
+    return Elastic(model, modulus, response, discreteness(response, model.elastic_constants))
+
+
+def check(file: str | Path) -> Sheet:
+    """Check an input of any command of ``atomistic``, and estimate its cost.
+
+    Parameters
+    ----------
+    file : input of validate, deck or elastic (TOML).
+
+    Raises
+    ------
+    ArgumentError, ConfigError
+        If it is not the name of a file; with all faults of the file.
+    PotentialError, LammpsError
+        If the crystal of a deck, which is measured, is not a stable fcc one, or LAMMPS fails.
+    """
+    from atomistic.ladder.cost import cost_of_deck, cost_of_validation
+
+    both: list[tuple[str, str]] = []
+    tables = Source.read(find(file_name("file", file))).data
+    if "case" in tables:
+        ladder = load(file, ValidateConfig)
+        cost, kind = cost_of_validation(ladder), "atomistic validate"
+        real = model_of(ladder.interatomic.potential()).real_units
+        both += [(f"work of adhesion, {case.name}", per_area(case.adhesion_length, real)) for case in ladder.case]
+    elif "wall" in tables or "surface" in tables:
+        config = deck_input(file)
+        parts = parts_of(config)
+        model = parts.model
+        real = deck_units(config, model)
+        both = [
+            *in_both(tables, real, model.real_units),
+            ("work of adhesion", per_area(parts.wall.work_of_adhesion, real)),
+        ]
+        if parts.crystal is not None:
+            both.append(("wall of atoms", parts.crystal.about))
+        cost, kind = cost_of_deck(config), "atomistic deck"
+    else:
+        load(file, ElasticConfig)
+        return pairs(f"{file}: valid", [("for", "atomistic elastic"), ("core-seconds, about", "3")])
+    rows = [
+        ("for", kind),
+        ("atoms, about", f"{cost.atoms}"),
+        ("equilibria of atoms", f"{cost.equilibria}"),
+        ("evaluations of all forces, about", f"{cost.evaluations}"),
+        ("core-seconds, about", f"{cost.seconds:.2g}"),
+        ("memory of a process, about", f"{cost.memory / 2**20:.3g} MiB"),
+        *both,
+    ]
+    return pairs(f"{file}: valid", rows)
+
+
+def deck(
+    contact: Contact | str | Path | DeckConfig,
+    model: Potential | None = None,
+    *,
+    separation: float | str | None = None,
+    separations: Sequence[float | str] | None = None,
+    pressures: Sequence[float | str] | None = None,
+    protocol: Mapping[str, Any] | None = None,
+    depth: float | None = None,
+    crystal: Mapping[str, Any] | None = None,
+    follows: Literal["site", "atom"] | Shape | None = None,
+    wall_force: WallForce | None = None,
+    wall_crystal: Mapping[str, Any] | None = None,
+    start: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Deck:
+    """A LAMMPS deck from a contact, or from an input file, which has all other settings.
+
+    Parameters
+    ----------
+    contact : its wall and heights, one for each surface atom, are those of the deck; or an input (TOML).
+    model : interatomic model; springs if None.
+    separation : height of the wall's zero above the surface at rest, in a0, for one equilibrium.  This and the
+        following may be texts with a unit, as "2.5Å" or "1GPa", if the crystal has a length scale.
+    separations : several in order, in a0, each started from the equilibrium before: approach and retraction.
+    pressures : mean pressures in order, in E*, reached by moving the wall.
+    protocol : the table [protocol] of an input, of any kind: ``{"kind": "velocity", "temperature": 1e-4, ...}``.
+    depth : of the slab, in a0; its width if None.
+    crystal : the table [crystal] of an input, of a slab that is not fcc(100): ``{"face": "111"}``, or ``{"atoms":
+        "slab.xyz", "modulus": "200GPa"}``.  The contact has the period of whole cells, and points about a0 apart.
+    follows : where the height of the wall is taken: above the lattice site of an atom ("site", the default), or above
+        its position ("atom"), which also gives a lateral force.  Between the sites the heights are the sum of their
+        waves if these are few, else a bicubic spline; or pass a shape with a formula, which must have these heights.
+    wall_force : how the wall acts: by formulas of LAMMPS (default), by a plugin that a C++ compiler builds for the
+        installed LAMMPS when the deck is written, or by "atoms" of a rigid crystal along heights that follow "atom",
+        with a pair law of the work of adhesion of the contact's law.
+    wall_crystal : the table [wall_crystal] of an input, for a wall of atoms: ``{"form": "bent", "rows": (17, 0)}``.
+    start : whether the package relaxes each state first, from the one before, by its own iteration, which takes fewer
+        evaluations than LAMMPS' minimisers; LAMMPS starts each step from its state, and says how far atoms moved.  A
+        wall in motion has no such states.
+    progress : called with the number of finished parts and of all, while states are relaxed; or while a crystal is
+        measured at a temperature, which takes about a minute, unless the result is on disk.
+
+    Raises
+    ------
+    TypeError
+        If an argument cannot be combined with an input file, or the law has no formula in LAMMPS.
+    ArgumentError, ConfigError, NotConvergedError
+        If an argument or the input is at fault, the parts do not fit together, or the lattice has no equilibrium to
+        start from.
+    """
+    function("progress", progress)
+    flag("start", start)
+    steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
+    if isinstance(contact, str | os.PathLike | DeckConfig):
+        others = {"model": model, **steps, "depth": depth, "crystal": crystal, "follows": follows,
+                  "wall_force": wall_force, "wall_crystal": wall_crystal}  # fmt: skip
+        if names := [name for name, value in others.items() if value is not None]:
+            said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+            file = f"the input file {str(contact)!r}" if isinstance(contact, str | os.PathLike) else "an input"
+            raise TypeError(f"contact is {file}, which has all other settings: leave out {said}, or change the file")
+        if isinstance(contact, str | os.PathLike):
+            contact = deck_input(file_name("contact", contact), progress)
+        return _made(parts_of(contact, progress), start, progress)
+    instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
+    if model is not None:
+        check_potential("model", model)
+    if depth is not None:
+        number("depth", depth, least=SHALLOWEST, most=DEEPEST)
+    shape: Shape | None = None
+    if isinstance(follows, str):
+        choice("follows", follows, ("site", "atom"))
+        shape = shape_of(contact.problem.heights, contact.grid.lengths) if follows == "atom" else None
+    elif follows is not None:
+        shape = check_shape("follows", follows)
+    if wall_force is not None:
+        choice("wall_force", wall_force, get_args(WallForce))
+    if wall_crystal is not None and not (isinstance(wall_crystal, Mapping) and wall_force == "atoms"):
+        raise ArgumentError("wall_crystal", wall_crystal, 'a table, as {"form": "bent"}, with wall_force="atoms"')
+    if crystal is not None and not isinstance(crystal, Mapping):
+        raise ArgumentError("crystal", crystal, 'a table, as {"face": "111"}')
+    given = {"crystal": crystal, "wall_crystal": wall_crystal}
+    below, above = crystals_of(**{name: table for name, table in given.items() if table is not None})
+    model = model or Springs()
+    done = _steps(**steps_in_units(steps, model, below, progress))
+    parts = parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas", below, above)
+    return _made(parts, start, progress)
+
+
+def _made(parts: DeckParts, start: bool, progress: Callable[[int, int], None] | None) -> Deck:
+    if not start:
+        return deck_of(parts, progress)
+    if parts.steps.motion is not None:
+        raise ArgumentError("start", start, "False here: a wall in motion has no states at rest to start from")
+    from atomistic.atoms.starts import with_starts
+
+    return with_starts(deck_of(parts), progress)
+
+
+def _steps(**given: Any) -> Steps:
+    """The steps, from the one argument that gives them."""
+    names = [name for name, value in given.items() if value is not None]
+    if len(names) != 1:
+        what = " and ".join(names) if names else "none of these"
+        example = 'separation=1.2, separations=[1.3, 1.2], pressures=[0.01] and protocol={"kind": "velocity", ...}'
+        raise ArgumentError("separation", given["separation"], f"exactly one of {example}; here: {what}")
+    (name,) = names
+    value = given[name]
+    if name == "protocol":
+        if not isinstance(value, Mapping):
+            raise ArgumentError("protocol", value, 'a table, as {"kind": "velocity", ...}')
+        return steps_of(value)
+    if name == "separation":
+        return Steps("separation", (number("separation", value),), single=True)
+    if name == "separations":
+        return Steps("separation", several("separations", value, longest=MOST_STEPS))
+    values = several("pressures", value, longest=MOST_STEPS, least=-LARGEST_PRESSURE, most=LARGEST_PRESSURE)
+    if 0 in values:
+        raise ArgumentError("pressures", value, "other than zero: the tolerance is relative to the pressure")
+    return Steps("mean-pressure", values)
+
+
+class DeckRun(DeckSteps, Shown):
+    """Results of a deck run: every finished step, and the last state of the atoms."""
+
+    def _beside(self, compare: bool) -> tuple[ContinuumStep, ...]:
+        return self.compare() if flag("compare", compare) and not self.incomparable else ()
+
+    def sheets(self, *, compare: bool = False) -> list[Sheet]:
+        """Its steps, the last in detail, and the comparison with the continuum, or why there is none."""
+        from atomistic.show.decks import deck_run_sheets
+
+        return deck_run_sheets(self, self._beside(compare), self.incomparable if compare else "")
+
+    def certify(self) -> DeckCertificate:
+        """Check its equilibria and their numbers independently of the run.
+
+        The wall is the law at the heights of the deck, not formulas of LAMMPS; the forces of the crystal come from a
+        new LAMMPS without wall at the final positions.  The lowest eigenvalue of the Hessian tells a minimum from a
+        saddle.
+
+        Raises
+        ------
+        DeckError
+            If it has windows of a motion, which are not equilibria, or its wall depends on the positions of atoms.
+        LammpsError
+            If LAMMPS cannot be loaded.
+        """
+        return certify_deck(self)
+
+    def write(self, folder: str | Path, *, compare: bool = False) -> list[Path]:
+        """Write ``NAME.h5``, its figures and the wall of each step as a mesh; returns HDF5, PNG and VTK files.
+
+        Raises
+        ------
+        ArgumentError, OutputError
+            If it is not the name of a folder, or they cannot be written there.
+        """
+        from atomistic.show.decks import write_run
+
+        return write_run(self, file_name("folder", folder), self._beside(compare))
+
+
+def read(directory: str | Path) -> DeckRun:
+    """Read the steps of a deck that has been run, and whether they are equilibria.
+
+    Parameters
+    ----------
+    directory : directory of the deck.
+
+    Raises
+    ------
+    ArgumentError, DeckError
+        If it is not the name of a directory, or has no complete result.
+    """
+    return DeckRun.read(file_name("directory", directory))
+
+
+def run_deck(
+    directory: str | Path, lmp_command: str | None = None, progress: Callable[[int, int], None] | None = None
+) -> DeckRun:
+    """Run the deck of a directory, in this process or by another LAMMPS command, and read its steps.
+
+    Finished steps of a protocol are kept.
+
+    Parameters
+    ----------
+    directory : directory of the deck.
+    lmp_command : command that starts LAMMPS, as ``"srun lmp"``; by default the installed library in this process.
+    progress : called after each step with the number of finished steps and of all.
+
+    Raises
+    ------
+    ArgumentError, LammpsError
+        If an argument is not allowed, or LAMMPS cannot be started or fails.
+    """
+    path = file_name("directory", directory)
+    function("progress", progress)
+    runner(lmp_command, progress)(path)
+    return read(path)

@@ -1,0 +1,236 @@
+"""The input file of a deck, table by table.  Lengths are in a0, pressures in E*."""
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from atomistic.inputs.crystal import CrystalTable, DeckSlabTable, DeckSolverTable, Interatomic
+from atomistic.inputs.motion import ProtocolTable, Steps, beyond_strength
+from atomistic.lammps.crystal_wall import OWN, WallCrystal
+from continuum.inputs.document import Document
+from continuum.inputs.keys import Fraction, InputFile
+from continuum.inputs.reading import parsed, source_of
+from continuum.inputs.tables import Fault, constraint
+from continuum.inputs.toml import Source
+from continuum.maps.map import Topography
+from continuum.maps.mending import wall_from_map
+from continuum.maps.quantities import sizes_of, units_of
+from continuum.maps.reading import read_topography
+from continuum.maps.verdict.tables import Length
+from continuum.model.grid import Grid
+from continuum.model.surface import Surface
+from continuum.model.walls import Wall
+from continuum.store import kinds as kinds  # defines the tables that an input knows
+
+MOST_STEPS = 10_000
+"""Equilibria of a protocol."""
+
+
+class DeckSurface(Surface):
+    """[surface] of a deck: those of a run, and parts of measured maps."""
+
+    kind_key: ClassVar[str] = "kind"
+
+
+class TopographySurface(DeckSurface, kind="topography"):
+    """[surface] of kind "topography": part of a measured map, at points about a0 apart: above each atom of fcc(100)."""
+
+    newer: ClassVar[frozenset[str]] = frozenset({"void", "fill"})
+
+    path: InputFile
+    """map of heights: npy, text, HDF5, or a format of SurfaceTopography"""
+    edges: Literal["mirror", "window"] = "mirror"
+    """method to make it periodic: mirror images, or a window that brings it to its mean"""
+    centre: tuple[Fraction, Fraction] = (0.5, 0.5)
+    """centre of the part, as fractions of the map"""
+    size: str | None = None
+    """size LX or LX,LY of the map with its unit, as "100nm"; only if the file does not have it"""
+    unit: str | None = None
+    """unit of the heights, as "nm", or of positions and heights, as "um,nm"; only if the file does not have it"""
+    dataset: str | None = None
+    """in an HDF5 file"""
+    part: str | None = None
+    """name of a map in a container"""
+    void: float | None = None
+    """number that stands for a missing height, in the unit of the file"""
+    fill: Annotated[float, Field(gt=0, le=0.5)] | None = None
+    """share of the points up to which missing heights are filled (default: 0.01)"""
+    spacing: Length | None = None
+    """a0 with its unit, as "0.3nm", if the crystal has no length scale"""
+
+    @constraint
+    def _lengths(self) -> Iterator[Fault]:
+        for key, read in (("size", sizes_of), ("unit", units_of)):
+            try:
+                read(self.path.name, getattr(self, key))
+            except ValueError as error:
+                yield Fault((key,), str(error))
+
+    def read(self, n: tuple[int, int], spacing: tuple[float, float]) -> Topography:
+        """The wall, in m, at n points with these spacings, in m, along x and along y.
+
+        Raises TopographyError if the file has no such map, or the part does not lie within it.
+        """
+        unit, position_unit = units_of(self.path.name, self.unit)
+        found = read_topography(
+            self.path,
+            size=sizes_of(self.path.name, self.size),
+            unit=unit,
+            position_unit=position_unit,
+            dataset=self.dataset,
+            part=self.part,
+            void=() if self.void is None else (self.void,),
+            fill=self.fill or 0.0,
+        )
+        return wall_from_map(found, n, spacing, self.edges, self.centre)
+
+
+class SeparationsTable(ProtocolTable):
+    """[protocol] of kind "separations": equilibria at several separations."""
+
+    kind: Literal["separations"]
+    separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_STEPS)]
+    """heights of the plane h = 0 of the wall above the surface at rest, in a0, in order"""
+    retract: bool = False
+    """whether to go back through the same values"""
+
+    def steps(self) -> Steps:
+        back = self.separations[-2::-1] if self.retract else ()
+        return Steps("separation", self.separations + back)
+
+
+class MeanPressuresTable(ProtocolTable):
+    """[protocol] of kind "mean-pressures": equilibria at several mean pressures."""
+
+    kind: Literal["mean-pressures"]
+    pressures: Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_STEPS)]
+    """load over A0, in E*, compression positive, from -1 to 1"""
+
+    @constraint
+    def _within_the_strength(self) -> Iterator[Fault]:
+        yield from beyond_strength("pressures", *self.pressures)
+        if 0 in self.pressures:
+            yield Fault(("pressures",), "other than zero: the tolerance is relative to the pressure")
+
+    def steps(self) -> Steps:
+        return Steps("mean-pressure", self.pressures)
+
+
+class _Parts(Document):
+    """Tables of an input that arguments of a call may be."""
+
+    protocol: ProtocolTable | None = None
+    """the protocol"""
+    crystal: CrystalTable = CrystalTable()
+    """the crystal and its face"""
+    wall_crystal: WallCrystal = OWN
+    """the crystal of a wall of atoms"""
+
+
+def steps_of(protocol: Mapping[str, Any]) -> Steps:
+    """The steps of a table [protocol]; its numbers may be NumPy's.
+
+    Raises ConfigError with all faults of the table.
+    """
+    plain = {name: v.tolist() if isinstance(v, np.ndarray | np.generic) else v for name, v in protocol.items()}
+    table = parsed(Source(Path("protocol"), "", {"protocol": plain}, {}), _Parts).protocol
+    assert table is not None
+    return table.steps()
+
+
+def crystals_of(**given: Mapping[str, Any]) -> tuple[CrystalTable, WallCrystal]:
+    """The crystals of tables [crystal] and [wall_crystal], if they are given; their numbers may be NumPy's.
+
+    Raises ConfigError with all faults of the tables.
+    """
+    parts = parsed(source_of(given, " and ".join(given)), _Parts)
+    return parts.crystal, parts.wall_crystal
+
+
+class DeckConfig(Document):
+    """Input of ``atomistic deck``."""
+
+    interatomic: Interatomic
+    """what holds the atoms together"""
+    crystal: CrystalTable = CrystalTable()
+    """the crystal and its face, if it is not fcc(100)"""
+    slab: DeckSlabTable
+    surface: DeckSurface
+    """heights of the rigid wall above each surface atom"""
+    wall: Wall
+    """law between wall and surface"""
+    follows: Literal["site", "atom"] = "site"
+    """where the height of the wall is taken: above the lattice site of an atom, as in the paper ("site"), or above its
+    position ("atom"), which also gives a lateral force"""
+    wall_force: Literal["formulas", "plugin", "atoms"] = "formulas"
+    """how the wall acts: by formulas of LAMMPS, by a faster plugin that a C++ compiler builds here, or by the atoms of
+    a rigid crystal that follows the heights, with a pair law of the same work of adhesion"""
+    wall_crystal: WallCrystal = OWN
+    """the crystal of a wall of atoms"""
+    separation: float | None = None
+    """height of the plane h = 0 of the wall above the surface at rest, in a0: one equilibrium"""
+    protocol: ProtocolTable | None = None
+    """several steps, instead of separation"""
+    solver: DeckSolverTable = DeckSolverTable()
+
+    @cached_property
+    def grid(self) -> Grid:
+        """The grid of the wall: the surface atoms of fcc(100), else points about a0 apart."""
+        lengths = self.crystal.width(self.slab.n)
+        return Grid((max(2, round(lengths[0])), max(2, round(lengths[1]))), lengths)
+
+    @constraint
+    def _has_a_width(self) -> Iterator[Fault]:
+        if (self.slab.n == (0, 0)) != (self.crystal.atoms is not None):
+            yield Fault(("slab", "n"), "a number of atoms; left out with atoms of a file, which have their own period")
+
+    @constraint
+    def _stands_on_a_grid(self) -> Iterator[Fault]:
+        if not self.crystal.own and self.wall_force == "atoms":
+            yield Fault(("wall_force",), "another one above this crystal: walls of atoms stand above fcc(100)")
+
+    @constraint
+    def _fits_the_surface(self) -> Iterator[Fault]:
+        if (self.slab.n == (0, 0)) != (self.crystal.atoms is not None) or any(self.crystal.faults()):
+            return
+        yield from self.surface.too_short(self.grid.shape, self.grid.lengths)
+        yield from self.surface.too_long(self.grid.shape, self.grid.lengths)
+
+    @constraint
+    def _native(self) -> Iterator[Fault]:
+        if not self.wall.has_law:
+            cause = "its traction is not a function of the gap; use range = 0 for a repulsive wall"
+            yield Fault(("wall", "law"), 'a law with a traction, such as "lennard-jones-spline"', cause)
+
+    @constraint
+    def _something_is_done(self) -> Iterator[Fault]:
+        if (self.separation is None) == (self.protocol is None):
+            cause = "both are given" if self.protocol is not None else "neither is given"
+            yield Fault(("separation",), "exactly one of separation and a table [protocol]", cause)
+
+    @constraint
+    def _slides(self) -> Iterator[Fault]:
+        if self.protocol is not None and self.protocol.slides and self.follows == "site":
+            cause = "a wall of the lattice sites cannot slide"
+            yield Fault(("follows",), '"atom" with a protocol of kind "sliding"', cause)
+
+    @constraint
+    def _of_atoms(self) -> Iterator[Fault]:
+        if self.wall_force == "atoms" and self.follows == "site":
+            cause = "atoms of the wall act at the positions of the atoms, not at lattice sites"
+            yield Fault(("follows",), '"atom" with wall_force = "atoms"', cause)
+
+    @constraint
+    def _has_a_crystal(self) -> Iterator[Fault]:
+        if self.wall_force != "atoms" and self.wall_crystal != OWN:
+            yield Fault(("wall_crystal",), 'a table of a wall with wall_force = "atoms"')
+
+    def steps(self) -> Steps:
+        if self.protocol is not None:
+            return self.protocol.steps()
+        assert self.separation is not None
+        return Steps("separation", (self.separation,), single=True)

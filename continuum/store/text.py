@@ -1,0 +1,304 @@
+"""Tables of numbers in text, in whatever dialect a program wrote them.
+
+The dialect is read off the text: encoding, what stands between columns, marks of decimals and thousands, lines of
+words before the numbers, labels of rows and columns, words for a missing value.  A text that can be read in two ways,
+as 1,234 between blanks, is refused.  (``pandas.read_csv`` fills short rows with NaN and takes commas out of numbers
+wherever they stand, so that a damaged table would be another map instead of an error.)
+"""
+
+import codecs
+import csv
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from continuum.model.fourier import Real
+from continuum.store.header import column_kinds
+
+_MARKS = (
+    (codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF32_LE, "utf-32"), (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"),
+)  # fmt: skip
+"""Byte order marks; those of UTF-32 begin as those of UTF-16 do."""
+_BINARY = re.compile(rb"[\0-\x08\x0e-\x19\x1b-\x1f]")
+_THIN = "'’\u00a0\u2009\u202f"
+"""Marks of thousands that are no decimal marks."""
+_NUMBER = re.compile(rf"[+-]?[.,]?\d[\d.,{_THIN}]*(?:[eE][+-]?\d+)?")
+_FORTRAN = re.compile(r"(?<![\w.,])([+-]?(?:\d+[.,]?\d*|[.,]\d+))[dD]([+-]?\d{1,3})(?![\w.,])")
+"""A number of double precision as Fortran writes it, 1.5D-03."""
+_VOID = re.compile(
+    r"[^\w\s]*|[+-]?nan(?:\(\w*\))?|[+-]?inf(?:inity)?|[+-]?1[.,]#\w+|#?n[./]?a\.?|#(?:div/0|value|num|ref|null|name)[!?]"
+    r"|bad|null|none|nil|void|missing|invalid|masked|undef(?:ined)?|no[ _-]?(?:data|value)",
+    re.IGNORECASE,
+)
+"""A missing value: nothing, signs only (***, ---), or a word."""
+_COMMENT = re.compile(r"(?:^|\s)#(?!n/?a\b|\w+[/!?]|#).*", re.IGNORECASE)
+_BETWEEN = re.compile(r"[;,\s\"]+")
+_EVEN = 1e-3
+"""Largest deviation of labels from equal steps, as a part of a step: they are rounded."""
+_FEW = 4
+"""Fewer columns are positions and heights, which have no labels."""
+
+
+class NoTableError(ValueError):
+    """A file that is no table of numbers, and may be of another format; a faulty table is a plain ValueError."""
+
+
+class Text(NamedTuple):
+    """Rows of numbers, and what stands around them.
+
+    Parameters
+    ----------
+    rows : the numbers, shape (lines, columns); NaN where there is no value.
+    header : lines of words before the numbers.
+    steps : choices made, in words.
+    columns, lines : positions that label the columns and the lines; None if there are none.
+    """
+
+    rows: Real
+    header: tuple[str, ...] = ()
+    steps: tuple[str, ...] = ()
+    columns: Real | None = None
+    lines: Real | None = None
+    fields: tuple[tuple[str, ...], ...] = ()
+    """The lines of the header, each split as the numbers are."""
+
+
+def read_text(path: Path) -> Text:
+    """Read a table of numbers.
+
+    Raises OSError if the file cannot be read, NoTableError if it is no text or no table of numbers, and ValueError if
+    a row has something else among its numbers, or can be read in two ways.
+    """
+    try:
+        return _table(*_decoded(path.read_bytes()))
+    except ValueError as error:
+        raise (NoTableError if isinstance(error, NoTableError) else ValueError)(
+            f"{path} is not a table of numbers: {error}"
+        ) from error
+
+
+def _decoded(raw: bytes) -> tuple[str, tuple[str, ...]]:
+    """The text of a file, and what was assumed: a marked encoding, UTF-8, UTF-16, or else the Windows code page."""
+    encoding = next((name for mark, name in _MARKS if raw.startswith(mark)), "")
+    if not encoding and _BINARY.search(raw[:4096]):
+        # In UTF-16 most characters of a table have a zero beside them.
+        first, second = (raw[start:4096:2].count(0) / max(len(raw[start:4096:2]), 1) for start in (0, 1))
+        if max(first, second) <= 0.5 or min(first, second) > 0:
+            raise NoTableError("it is no text")
+        encoding = "utf-16-le" if second > first else "utf-16-be"
+    try:
+        return raw.decode(encoding or "utf-8"), ()
+    except UnicodeDecodeError as error:
+        if encoding:
+            raise NoTableError(f"it is no text in {encoding}") from error
+        return raw.decode("cp1252", errors="replace"), ("read in the Windows code page 1252, as it is no UTF-8",)
+
+
+def _table(text: str, steps: tuple[str, ...]) -> Text:
+    """The table in a text: its header ends at the first line of numbers."""
+    text = text.rstrip("\x1a")  # the end of a file in DOS
+    original = text.replace("\u2212", "-").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = [_COMMENT.sub("", line) if "#" in line else line for line in original]
+    if _FORTRAN.search(text):
+        lines = [_FORTRAN.sub(r"\1E\2", line) for line in lines]
+    first = next((i for i, line in enumerate(lines) if _is_row(line)), len(lines))
+    header = tuple(word for line in original[:first] if (word := line.strip().lstrip("#").strip()))
+    if first == len(lines):
+        if any(line.strip() for line in lines):
+            raise NoTableError("it holds words only")
+        return Text(np.empty((0, 0)), header, steps)
+    for line in lines[:first]:  # a row of numbers with a word in it is no header
+        numbers = [_NUMBER.fullmatch(word) is not None for word in _words(line)]
+        if numbers and numbers[0] and 2 * sum(numbers) > len(numbers):
+            raise ValueError(f"something in {line.strip()[:60]!r} is no number, and no word for a missing one")
+    inner = [i for i, line in enumerate(original[first:], first) if line.startswith("#") and re.search("[:=]", line)]
+    if inner and any(map(_is_row, lines[inner[0] :])):
+        raise NoTableError(f"several maps in one file: {original[inner[0]].strip()!r} stands among the numbers")
+    dialect = _dialect([line for line in lines[first:] if line.strip(" ")], header)
+    # Lines without any value may stand before the first number.
+    empty = [bool(line.strip(" ")) and all(map(_VOID.fullmatch, _words(line))) for line in lines[:first]]
+    start = first - next((i for i, void in enumerate(reversed(empty)) if not void), first)
+    rows = _rows([(i + 1, line) for i, line in enumerate(lines) if i >= start and line.strip(" ")], dialect)
+    return _labelled(rows if rows.shape[1] >= _FEW else rows[first - start :], header, steps, dialect)
+
+
+def _words(line: str) -> list[str]:
+    return [word for word in _BETWEEN.split(line) if word]
+
+
+def _is_row(line: str) -> bool:
+    """Whether a line has numbers, and words for missing values, only."""
+    words = _words(line)
+    return any(map(_NUMBER.fullmatch, words)) and all(_NUMBER.fullmatch(one) or _VOID.fullmatch(one) for one in words)
+
+
+class _Dialect(NamedTuple):
+    """What stands between columns ("": blanks), before decimals, and between thousands; whether fields have quotes."""
+
+    between: str
+    decimal: str = "."
+    thousands: str = ""
+    thin: str = ""
+    """Marks of thousands other than comma and point."""
+    quoted: bool = False
+
+    def fields(self, line: str) -> list[str]:
+        """The fields of a line, with decimal points and without marks of thousands."""
+        if self.thin:
+            line = re.sub(rf"(?<=\d)[{self.thin}](?=\d{{3}}(?!\d))", "", line)
+        if self.quoted and '"' in line:
+            fields = next(csv.reader([line], delimiter=self.between or " ", skipinitialspace=True))
+        else:
+            fields = line.split(self.between or None)
+        if self.decimal + self.thousands != ".":
+            change = str.maketrans(self.decimal, ".", self.thousands)
+            fields = [field.translate(change) if _NUMBER.fullmatch(field.strip()) else field for field in fields]
+        return [field.strip() for field in fields] if self.between else fields
+
+
+def _dialect(rows: Sequence[str], header: Sequence[str]) -> _Dialect:
+    """The dialect of rows; raises ValueError if they can be read in two."""
+    text = "\n".join(rows)
+    quoted = '"' in text
+    seen = [re.sub(r'"[^"]*"', "0", line) for line in rows] if quoted else rows
+    between = next((mark for mark in ";\t" if any(mark in line for line in seen)), "")
+    with_comma = "" if between else next((line for line in seen if "," in line), "")
+    # Commas are within numbers where blanks stand between these.
+    words = re.split(" +", with_comma.strip())
+    if with_comma and (len(words) == 1 or any(word[0] == "," or word[-1] == "," for word in words)):
+        between = ","
+    thin = "".join(mark for mark in _THIN + " " * bool(between or quoted) if mark in text)
+    plain = _Dialect(between, thin=thin, quoted=quoted)
+    if thin or quoted:
+        text = "\n".join(("\t" if quoted else between or " ").join(plain.fields(line)) for line in rows)
+    if between == "," and not quoted:
+        # 0,4440,-0,6418 and 1,034.5,2,001.0
+        if found := re.search(r"(?:^|,)\s*(?:[+-]?0\d[\d.]*|-0)\s*(?=,|$)", text, re.MULTILINE):
+            raise ValueError(f"commas stand between columns and within numbers ({found[0]!r})")
+        pairs = not header or "," not in header[-1]
+        if pairs and all(re.fullmatch(r"\s*[+-]?\d+,\d+\s*", line) for line in rows):
+            raise ValueError(f"{rows[0].strip()!r} is one number with a decimal comma, or two: write decimal points")
+        text = text.replace(",", "\n")
+    decimal, thousands = _marks(text)
+    return plain._replace(decimal=decimal, thousands=thousands)
+
+
+def _marks(text: str) -> tuple[str, str]:
+    """The decimal mark, and the mark of thousands or nothing, of numbers with points and commas."""
+    used = [mark for mark in ",." if mark in text and re.search(rf"\d\{mark}(?!#)|\{mark}\d", text)]
+    if not used:
+        return ".", ""
+    if len(used) == 2 and (both := re.search(r"\d(?:\.[\d.]*,|,[\d,]*\.)", text)):
+        decimal = both[0][-1]
+    elif len(used) == 2:
+        odd = [mark for mark in used if not _grouped(text, mark)]
+        if len(odd) != 1:
+            raise ValueError("it has decimal points and decimal commas")
+        decimal = odd[0]
+    else:
+        decimal = used[0]
+        if _grouped(text, decimal):
+            if re.search(rf"\d\{decimal}\d+\{decimal}", text):
+                return "." if decimal == "," else ",", decimal
+            example = re.search(rf"\d+\{decimal}\d+", text)
+            # All of 1.234, 5.678 are decimal; beside 987 they may be thousands.
+            if example and (decimal == "," or re.search(r"(?<![\d.eE+-])[+-]?\d{1,3}(?![\d.eE])", text)):
+                raise ValueError(f"{example[0]!r} is a number with decimals, or one of thousands: write 1234.5")
+        return decimal, ""
+    thousands = "." if decimal == "," else ","
+    if not _grouped(text, thousands, decimal):
+        raise ValueError(f"{decimal!r} is its decimal mark, and {thousands!r} stands where no thousands end")
+    return decimal, thousands
+
+
+def _grouped(text: str, mark: str, decimal: str = "") -> bool:
+    """Whether in every number that has this mark it stands between thousands."""
+    end = rf"(?:\{decimal}\d*)?" if decimal else ""
+    good = rf"[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+{end}(?![\d.,eE])"
+    return re.search(rf"(?<![\d.,])(?!{good})[\d.,]*(?:\d\{mark}(?!#)|\{mark}\d)", text) is None
+
+
+def _rows(lines: Sequence[tuple[int, str]], dialect: _Dialect) -> Real:
+    """The numbers of all lines, without columns at the end that are empty in all of them."""
+    rows, filled = list[Real](), list[int]()
+    for number, line in lines:
+        fields = dialect.fields(line)
+        rows.append(_numbers(fields, number))
+        filled.append(next((n for n in range(len(fields), 0, -1) if fields[n - 1]), 0))
+    width, longest = max(filled), max(row.size for row in rows)
+    for row, until, (number, _) in zip(rows, filled, lines, strict=True):
+        # A row may lack the last separator, unless the last number is missing, too.
+        if row.size < width or (until < width and row.size != longest):
+            raise NoTableError(f"line {number} has {row.size} columns, another one {max(width, longest)}")
+    table = np.stack([row[:width] for row in rows])
+    table[~np.isfinite(table)] = np.nan
+    return table
+
+
+def _numbers(fields: Sequence[str], line: int) -> Real:
+    """The numbers of a line."""
+    try:
+        return np.array(fields, dtype=np.float64)
+    except ValueError:
+        wrong = [field for field in fields if not _VOID.fullmatch(field) and not _is_float(field)]
+        if wrong:
+            kind = ValueError if 2 * len(wrong) < len(fields) else NoTableError
+            raise kind(f"{wrong[0][:40]!r} in line {line} is no number, and no word for a missing one") from None
+        return np.array([np.nan if _VOID.fullmatch(field) else float(field) for field in fields])
+
+
+def _is_float(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _even(values: Real) -> bool:
+    """Whether these are numbers at equal steps."""
+    if values.size < _FEW - 1 or not np.isfinite(values).all():
+        return False
+    steps = np.diff(values)
+    return bool(steps.mean() != 0 and np.abs(steps - steps.mean()).max() <= _EVEN * abs(steps.mean()))
+
+
+def _labelled(table: Real, header: tuple[str, ...], steps: tuple[str, ...], dialect: _Dialect) -> Text:
+    """Take labels off the rows and columns: a count, or positions at equal steps."""
+    width = table.shape[1]
+    fields = tuple(_fields(line, dialect, width) for line in header)
+    names = fields[-1] if fields else ("",)
+    if width > 1 and len(names) == width and names[0].lower() == "index":
+        plain = tuple(row[1:] if len(row) == width else row for row in fields)
+        return Text(table[:, 1:], header, (*steps, "a column that counts the rows left out"), fields=plain)
+    if width < _FEW or {"x", "z"} <= {*column_kinds(fields, width)}:
+        return Text(table, header, steps, fields=fields)
+    columns = lines = None
+    if len(names) == width and all(map(_is_float, names[1:])):
+        if not (_even(table[:, 0]) and _even(np.array(names[1:], dtype=np.float64))):
+            raise ValueError(f"{names[0]!r} stands among the numbers of the first row")
+        columns, lines, table, header = np.array(names[1:], dtype=np.float64), table[:, 0], table[:, 1:], header[:-1]
+    else:
+        # Labels are even, and what they label is not.
+        one, other = (_even(part[0, 1:]) and not any(map(_even, part[1:, 1:])) for part in (table, table.T))
+        if one and (other or _even(table[0])):
+            columns, table = table[0], table[1:]
+        if other and (one or _even(table[:, 0])):
+            lines, table = table[:, 0], table[:, 1:]
+            columns = None if columns is None else columns[1:]
+    fields = fields if table.shape[1] == width else ()
+    named = [name for name, labels in (("row", columns), ("column", lines)) if labels is not None]
+    return Text(table, header, (*steps, *(f"a {name} of labels left out" for name in named)), columns, lines, fields)
+
+
+def _fields(line: str, dialect: _Dialect, width: int) -> tuple[str, ...]:
+    """The fields of a line of words, without empty ones beyond those of the numbers; the line itself if it has none."""
+    try:
+        found = tuple(field.strip('" ') for field in dialect.fields(line))
+    except (csv.Error, StopIteration):
+        return (line,)
+    return found[:width] if not any(found[width:]) else found
