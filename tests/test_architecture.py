@@ -93,6 +93,7 @@ def test_the_arrow_points_from_atomistic_to_continuum() -> None:
     assert not {module for module, tops in found.items() if tops & {"docs", "tests"}}
 
 
+@pytest.mark.style
 @pytest.mark.parametrize(("package", "table"), [("continuum", CONTINUUM), ("atomistic", ATOMISTIC)])
 def test_every_module_is_in_a_room_which_says_what_lives_there(package: str, table: dict[str, str]) -> None:
     inside = {path.relative_to(ROOT / package).parts[0] for path in MODULES if path.is_relative_to(ROOT / package)}
@@ -101,6 +102,7 @@ def test_every_module_is_in_a_room_which_says_what_lives_there(package: str, tab
         assert ast.get_docstring(ast.parse((path.parent / "__init__.py").read_text())), path.parent
 
 
+@pytest.mark.style
 def test_the_arrows_between_rooms_can_be_drawn() -> None:
     """Of 66 that rooms without a circle could have, and those that follow from others are not drawn."""
     arrows = {room: {one for one in asked if one.startswith("continuum")} for room, asked in rooms().items()}
@@ -168,6 +170,7 @@ def test_a_library_is_imported_where_it_belongs_only(library: str, allowed: set[
     assert all(any(place == one or place.startswith(one + ".") for place in places) for one in allowed), allowed
 
 
+@pytest.mark.style
 def test_a_module_says_what_it_offers_and_stays_short() -> None:
     for path in IN_ROOMS:
         assert importlib.import_module(name(path)).__doc__, path
@@ -221,6 +224,7 @@ def asked_for(path: Path) -> Iterator[str]:
         yield from sorted(one for one in names & ours if not one.endswith("Error"))
 
 
+@pytest.mark.style
 def test_no_module_asks_what_class_of_another_one_an_object_is() -> None:
     found = {(name(path), asked) for path in MODULES if name(path) not in REGISTRY for asked in asked_for(path)}
     assert found == DOORS

@@ -136,6 +136,7 @@ def test_the_solver_has_the_functions_of_its_page_and_they_call_one_another() ->
             assert calls(before, after), (before, after)
 
 
+@pytest.mark.style
 def test_links_to_elsewhere_have_the_form_of_one() -> None:
     """Whether they answer is asked of a browser, not of a test: `sphinx -b linkcheck docs build/links`."""
     for page in PAGES:
@@ -315,6 +316,7 @@ def in_processes(folder: Path) -> Callable[[str, str], str]:
     return ran
 
 
+@pytest.mark.style
 def test_the_page_of_predictions_is_a_manual_not_a_logbook() -> None:
     """The answer that it shows is that of the README and of the tutorial."""
     (answer,) = (code for language, code in blocks("docs/predict.md") if language == "text")
@@ -371,12 +373,14 @@ def test_the_same_job_here_and_in_other_codes(tmp_path: Path, monkeypatch: pytes
     assert {"USER-GFMD", "matscipy", "contact.engineering"} < set(headings)
 
 
+@pytest.mark.style
 def test_the_gallery_is_ten_examples_of_one_screen_each() -> None:
     gallery = sorted((ROOT / "docs" / "gallery").glob("*.py"))
     assert [path.stem[:7] for path in gallery] == [f"plot_{i:02}" for i in range(1, 11)]
     assert {path.stem: n for path in gallery if (n := len(path.read_text().splitlines())) > 48} == {}
 
 
+@pytest.mark.style
 def test_every_picture_stands_on_a_page() -> None:
     shown = {
         ((ROOT / page).parent / target).resolve()
@@ -386,6 +390,7 @@ def test_every_picture_stands_on_a_page() -> None:
     assert set((ROOT / "docs").rglob("*.png")) - shown - set((ROOT / "docs" / "reference").rglob("*.png")) == set()
 
 
+@pytest.mark.style
 def test_the_page_of_all_sweeps_shows_no_quantity_more_than_twice() -> None:
     stems = re.findall(r"\]\(paper-([\w-]+)\.png\)", PAGES["docs/measured/paper.md"])
     names = [max((name for name in FIGURES if stem.endswith(f"-{name}")), key=len) for stem in stems]
@@ -405,6 +410,7 @@ def clicks(start: str) -> dict[str, int]:
     return found
 
 
+@pytest.mark.style
 def test_what_a_physicist_asks_first_is_few_clicks_from_the_first_page() -> None:
     """How to press his own map, what the program cannot do, and how well the paper is reproduced."""
     found = clicks("docs/index.md")

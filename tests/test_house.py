@@ -11,6 +11,8 @@ import pytest
 
 from docs.house import APART, DRAWING, ROOT, below, edges, levels, places, reduced, rooms
 
+pytestmark = pytest.mark.style
+
 PAGE = (ROOT / "docs/house.md").read_text(encoding="utf-8")
 WALK = PAGE.partition("## Four call chains")[2].partition("## The rooms")[0]
 STEP = r"`([\w.]+)` in\s`((?:atomistic|continuum)/[\w/]+\.py)`"

@@ -9,6 +9,10 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+
+pytestmark = pytest.mark.style
+
 ROOT = Path(__file__).parent.parent
 MODULES = sorted(path for package in ("continuum", "atomistic") for path in (ROOT / package).rglob("*.py"))
 NOT_SAID = {

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.style
+
 ROOT = Path(__file__).parent.parent
 WIDTH = 390
 """Of a telephone, in CSS pixels."""

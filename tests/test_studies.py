@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 from docs.studies import pages
 
 TEXTS = {path.relative_to(pages.DOCS).as_posix(): path.read_text(encoding="utf-8") for path in pages.pages()}
@@ -45,6 +47,7 @@ def test_a_number_and_a_table_that_say_something_else_are_made_anew() -> None:
     assert pages.made_anew(old) == new == pages.made_anew(new)
 
 
+@pytest.mark.style
 def test_each_study_says_question_statement_run_result_verdict_data_and_what_is_open() -> None:
     """The logbook of the solver has parts of its own."""
     studies = {page: text for page, text in TEXTS.items() if page.startswith("studies/")}
@@ -63,12 +66,14 @@ def words(page: str) -> int:
     return len(re.sub(r"<!--.*?-->", "", written).split())
 
 
+@pytest.mark.style
 def test_the_manual_can_be_read() -> None:
     manual = {page for page in TEXTS if not page.startswith(("studies/", "measured/", "joss/"))}
     assert manual == {f"{name}.md" for name in LONGEST}
     assert sum(map(words, manual)) <= MANUAL
 
 
+@pytest.mark.style
 def test_the_manual_is_no_logbook() -> None:
     for name in LONGEST:
         assert words(f"{name}.md") <= LONGEST[name]
@@ -77,6 +82,7 @@ def test_the_manual_is_no_logbook() -> None:
         )
 
 
+@pytest.mark.style
 def test_the_paper_for_a_journal_can_be_submitted() -> None:
     """At most 1500 words, the sections that the journal asks for, and each reference cited and listed."""
     text, listed = TEXTS["joss/paper.md"], (pages.DOCS / "joss" / "paper.bib").read_text(encoding="utf-8")

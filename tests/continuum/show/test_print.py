@@ -22,6 +22,8 @@ from continuum.show.prediction_figures import overview
 from continuum.show.run_figures import draw_analysis, draw_run, map_figure
 from tests.printed import faults_in_print
 
+pytestmark = pytest.mark.style
+
 
 def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figure]) -> None:
     result = continuum.run(small)
