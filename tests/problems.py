@@ -198,3 +198,21 @@ def autoregressive(rng: np.random.Generator, series: int, length: int, correlati
     for i in range(1, length):
         values[i] += correlation * values[i - 1]
     return values.T
+
+
+def validation_input(n: int, depth: float, seeds: list[int], cases: str) -> str:
+    """An input of `atomistic validate`: springs under surfaces of waves of 8 to 16 a0, with the given cases."""
+    return f"""
+[interatomic]
+kind = "springs"
+
+[slab]
+n = {n}
+depth = {depth}
+
+[surface]
+hurst = 0.8
+lambda_s = 8.0
+lambda_L = 16.0
+seeds = {seeds}
+{cases}"""

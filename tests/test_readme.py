@@ -11,22 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.problems import validation_input
+
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
-VALIDATE = """\
-[interatomic]
-kind = "springs"
-
-[slab]
-n = 16
-depth = 8.0
-
-[surface]
-hurst = 0.8
-lambda_s = 8.0
-lambda_L = 16.0
-seeds = [2]
-
+VALIDATE = validation_input(
+    16,
+    8.0,
+    [2],
+    """
 [[case]]
 name = "plain"
 adhesion_length = 0.0
@@ -38,7 +31,8 @@ quantity = "load"
 coefficient = 0.5
 power = 1
 reason = "of first order in the slope; the coefficient belongs to the surface"
-"""
+""",
+)
 """Two paths, which two processes share, in a few seconds."""
 
 

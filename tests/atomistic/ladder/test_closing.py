@@ -17,20 +17,14 @@ from continuum.model.grid import Grid
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
-from tests.problems import Rough, lattice
+from tests.problems import Rough, lattice, validation_input
 
 POINTS = 16 * 16
-INPUT = f"""
-[interatomic]
-kind = "springs"
-[slab]
-n = 16
-depth = 8.0
-[surface]
-hurst = 0.8
-lambda_s = 8.0
-lambda_L = 16.0
-seeds = [2, 3]
+INPUT = validation_input(
+    16,
+    8.0,
+    [2, 3],
+    f"""
 [[case]]
 name = "plain"
 adhesion_length = 0.0
@@ -42,7 +36,8 @@ adhesion_length = 0.0005
 rms_slopes = [0.1]
 areas = [0.15]
 branches = ["approach", "retract"]
-"""
+""",
+)
 
 
 @pytest.fixture(scope="module")

@@ -13,25 +13,21 @@ from atomistic.ladder import budget, ensemble
 from atomistic.ladder.checks import LadderCheck
 from atomistic.ladder.ensemble import RARE, Row, carried_bounds, limit, untested
 from continuum.inputs.reading import load
+from tests.problems import validation_input
 
 ROOT = Path(__file__).parents[3]
-SPRINGS = """
-[interatomic]
-kind = "springs"
-[slab]
-n = 32
-depth = 16.0
-[surface]
-hurst = 0.8
-lambda_s = 8.0
-lambda_L = 16.0
-seeds = [1, 2]
+SPRINGS = validation_input(
+    32,
+    16.0,
+    [1, 2],
+    """
 [[case]]
 name = "plain"
 adhesion_length = 0.0
 rms_slopes = [0.1, 0.01]
 areas = [0.1, 0.25]
-"""
+""",
+)
 
 
 def of(text: str, tmp_path: Path) -> ValidateConfig:

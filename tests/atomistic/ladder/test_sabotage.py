@@ -24,24 +24,20 @@ from continuum.inputs.reading import load
 from continuum.model.cubic import CubicConstants
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer
 from continuum.model.walls import LennardJonesSpline
+from tests.problems import validation_input
 
-INPUT = """
-[interatomic]
-kind = "springs"
-[slab]
-n = 32
-depth = 16.0
-[surface]
-hurst = 0.8
-lambda_s = 8.0
-lambda_L = 16.0
-seeds = [2]
+INPUT = validation_input(
+    32,
+    16.0,
+    [2],
+    """
 [[case]]
 name = "plain"
 adhesion_length = 0.0
 rms_slopes = [0.1]
 areas = [0.25]
-"""
+""",
+)
 """A case of the ensemble, on a surface that is not in it."""
 LAWS = {f"{length}": LennardJonesSpline(adhesion_length=length) for length in (0.0, 0.005, 0.05)}
 Patch = Callable[[pytest.MonkeyPatch], None]

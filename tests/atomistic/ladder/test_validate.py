@@ -53,24 +53,15 @@ from continuum.solve.solution import Settings
 from continuum.store.datasets import Dataset
 from continuum.store.sheet import Sheet
 from tests.printed import faults_in_print
-from tests.problems import Rough, lattice
+from tests.problems import Rough, lattice, validation_input
 
 ROOT = Path(__file__).parents[3]
 
-SMALL = """
-[interatomic]
-kind = "springs"
-
-[slab]
-n = 16
-depth = 8.0
-
-[surface]
-hurst = 0.8
-lambda_s = 8.0
-lambda_L = 16.0
-seeds = [2]
-
+SMALL = validation_input(
+    16,
+    8.0,
+    [2],
+    """
 [[case]]
 name = "plain"
 adhesion_length = 0.0
@@ -102,7 +93,8 @@ quantity = "gross_load"
 coefficient = 0.5
 power = 1
 reason = "of first order in the slope, on all that pushes and pulls"
-"""
+""",
+)
 
 
 @pytest.fixture(scope="module")
