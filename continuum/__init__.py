@@ -42,7 +42,6 @@ Random numbers
 """
 
 import re
-import warnings
 from importlib import import_module
 from pathlib import Path
 
@@ -52,13 +51,9 @@ _NAMES = re.compile(r"^from (\S+) import (\w+)", re.MULTILINE)
 # Imported when they are asked for: `continuum --help` needs none of them.
 _MODULES = {name: module for module, name in _NAMES.findall(Path(__file__).with_suffix(".pyi").read_text())}
 __all__ = sorted(_MODULES)
-_RENAMED = {"turn": "threshold", "Turn": "FoundThreshold"}
 
 
 def __getattr__(name: str) -> object:
-    if name in _RENAMED:
-        warnings.warn(f"continuum.{name} is now called continuum.{_RENAMED[name]}", DeprecationWarning, stacklevel=2)
-        name = _RENAMED[name]
     if name not in _MODULES:
         raise AttributeError(f"module 'continuum' has no attribute {name!r}")
     return getattr(import_module(_MODULES[name]), name)

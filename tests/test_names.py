@@ -92,7 +92,7 @@ def test_classes_are_nouns() -> None:
 
 
 def test_a_threshold_is_no_turn() -> None:
-    """Of modules, columns, keys and arguments too: the word had four meanings.  Old names are read, and say so."""
+    """Of modules, columns, keys and arguments too: the word had four meanings.  Old names in stored files are read."""
     for path in MODULES:
         names = names_of(path).given | {path.stem}
         assert not {name for name in names if {"turn", "turns"} & set(name.split("_"))}, path

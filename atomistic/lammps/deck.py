@@ -46,8 +46,6 @@ INPUTS = (
     "stiffness.npy", disk.MAP, "input.toml", plugin.SOURCE, plugin.LIBRARY, plugin.MAP, "in.place", crystal_wall.DATA,
 )  # fmt: skip
 """Files of a deck, of equilibria or of a motion, in addition to those of its interatomic model."""
-_EARLIER = ("crystal.cpp", "crystal.so", "wall.crystal")
-"""Files of decks of earlier versions."""
 _NUMBERED = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+|start(\.\d+)?\.dump")
 """Files of which a deck has as many as it needs."""
 
@@ -424,7 +422,7 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
     if directory.exists():
         if not directory.is_dir():
             raise OutputError(f"{directory}: is not a folder; choose another one for the deck")
-        known = {*INPUTS, *_EARLIER, *disk.PARTS, disk.LOCK}
+        known = {*INPUTS, *disk.PARTS, disk.LOCK}
         foreign = sorted(
             entry.name
             for entry in directory.iterdir()
@@ -450,7 +448,7 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
         disk.remove_outputs(directory, keep)
         (directory / "in.contact").unlink(missing_ok=True)
         for entry in list(directory.iterdir()):
-            if _NUMBERED.fullmatch(entry.name) or (entry.name in {*INPUTS, *_EARLIER} and entry.name not in texts):
+            if _NUMBERED.fullmatch(entry.name) or (entry.name in INPUTS and entry.name not in texts):
                 entry.unlink()
         for name, content in deck.model.files.items():
             save(directory / name, content, own=True)

@@ -70,4 +70,4 @@ for name, text in OF_SWEEPS.items():
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    return run_program(app, arguments, renamed={"turn": "threshold"})
+    return run_program(app, arguments)

@@ -42,12 +42,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def _turn(contact: Contact, *given: Any, **named: Any) -> FoundThreshold:
-    """:meth:`Contact.find_threshold` by its name of before."""
-    warnings.warn("Contact.turn is now called Contact.find_threshold", DeprecationWarning, stacklevel=2)
-    return contact.find_threshold(*given, **named)
-
-
 @dataclass(frozen=True, eq=False)
 class Contact:
     """A rigid rough wall above an elastic substrate.
@@ -254,8 +248,6 @@ class Contact:
         number("width", width, above=0, below=1)
         problem, found = bracket_threshold(self.problem, law_of, area, self.settings, search, width)
         return FoundThreshold(State(**vars(found), contact=replace(self, wall=problem.wall)), wall)
-
-    turn = _turn
 
     def threshold(self, wall: WallOfWork, *, area: float = 0.01) -> Threshold:
         """The same work, estimated from one state without adhesion: a second, where a search takes a minute.

@@ -116,14 +116,11 @@ def program(
     return app
 
 
-def run_program(app: App, arguments: Sequence[str] | None, renamed: Mapping[str, str] | None = None) -> int:
-    """Run a command of a program, by its name or by one of before that was renamed; returns its exit code."""
+def run_program(app: App, arguments: Sequence[str] | None) -> int:
+    """Run a command of a program; returns its exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     while words and any(words[0] in (voice.name or ()) for voice in VOICES.values()):  # they may stand anywhere
         words.append(words.pop(0))
-    if words and (name := (renamed or {}).get(words[0])):
-        sys.stderr.write(f"`{app.name[0]} {words[0]}` is now called `{app.name[0]} {name}`\n")
-        words[0] = name
     words = _with_lone_dashes(words)
     try:
         _check_environment()

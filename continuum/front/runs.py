@@ -179,8 +179,7 @@ def threshold(
     config = load(file, RunConfig, {"loading": loading, **given})
     name = config.source.path.stem if config.source else "input"
     if into.suffix != ".h5":
-        earlier = into / f"{name}-turn.h5"  # the name of results of earlier versions, which go on
-        into = earlier if earlier.exists() else into / f"{name}-threshold.h5"
+        into /= f"{name}-threshold.h5"
     return run(config, into, force=force, progress=progress, warn=warn)
 
 

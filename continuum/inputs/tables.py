@@ -107,7 +107,7 @@ class Table(BaseModel):
     newer: ClassVar[frozenset[str]] = frozenset()
     """Keys added after results were stored: they count for the identity only if they differ from their default."""
     renamed: ClassVar[Mapping[str, str]] = {}
-    """Keys that had another name when results were stored, with that name: inputs may use it, the identity does."""
+    """Keys that had another name when results were first stored, with that name; files and identities have it."""
     kind_key: ClassVar[str] = ""
     """The key that names the kind of a table that has several."""
     kind_name: ClassVar[str] = ""
@@ -164,11 +164,13 @@ class Table(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _as_of_today(cls, data: Any) -> Any:
+    def _as_of_today(cls, data: Any, info: ValidationInfo) -> Any:
         """The keys by their names of today, without the one that names the kind, where that is no field."""
         if not isinstance(data, Mapping):
             return data
-        names = {before: name for name, before in cls.renamed.items() if name not in data}
+        # Only what was stored may have them: an input with one is of nobody's.
+        stored = info.context is not None and info.context.get("restored")
+        names = {before: name for name, before in cls.renamed.items() if name not in data} if stored else {}
         without = cls.kind_key if cls.kind_name and data.get(cls.kind_key) == cls.kind_name else None
         return {names.get(key, key): value for key, value in data.items() if key != without}
 

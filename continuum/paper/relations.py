@@ -180,7 +180,6 @@ def _draw_borders(axis: Axes, numbers: DataFrame) -> None:
 def draw_kappas(numbers: DataFrame) -> Figure:
     """Fig. 4: 1/κ_att and A_rep/A_att against theory."""
     figure, (left, right) = plot.new_axes(plot.PAGE, 3.9, 1, 2)
-    numbers = numbers.rename(columns={"turn": "threshold"})  # tables of before
     if "threshold" not in numbers:
         numbers = numbers.assign(threshold=False, **{_REPULSIVE: np.nan})
     points, thresholds = numbers[~numbers["threshold"]], numbers[numbers["threshold"]]
@@ -357,8 +356,6 @@ def laws(points: DataFrame) -> DataFrame:
 def draw_laws(numbers: DataFrame) -> Figure:
     """1/κ_att measured against theory with the effective range, one symbol for each law."""
     figure, axis = plot.new_axes(plot.COLUMN, 3.1)
-    if "scatter over surfaces" not in numbers:  # tables of before
-        numbers = numbers.assign(**{"scatter over surfaces": 0.0})
     names = [law for law in _LAWS if law in set(numbers["law"])]
     names += sorted(set(numbers["law"]) - set(names))
     for i, law in enumerate(names):

@@ -43,7 +43,6 @@ from continuum.solve.solution import NotConvergedError, Settings
 from continuum.solve.tangent import SHIFT, solve_hessian
 
 Number = Literal["load", "area", "threshold", "pull_off"]
-_RENAMED: Mapping[str, Number] = {"turn": "threshold"}
 Given = Literal["mean_gap", "separation", "pressure", "area"]
 
 SMALLEST_JUMP = 1e-3
@@ -377,7 +376,7 @@ def gradient(
     """The derivative of a number by all heights: as :meth:`continuum.front.contact.State.gradient` says."""
     function("wall", wall_of)
     state.require()
-    known: Number = choice("number", _RENAMED.get(str(number), number), get_args(Number))
+    known: Number = choice("number", number, get_args(Number))
     return _GRADIENTS[known](_Question(problem, state, settings, at, wall_of))
 
 

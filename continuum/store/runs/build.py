@@ -69,10 +69,7 @@ def build(config: RunConfig) -> RunSetup:
     expected = config.surface.expected(grid)
     if lower is not None:
         expected = lower.expected(grid, expected)
-    given = config.source.data.get("loading", {}) if config.source else {}
-    renamed = [(before, name) for name, before in config.loading.renamed.items() if before in given]
-    said = [f"[loading] {before} is now called {name}: write {name} in its place" for before, name in renamed]
-    warned = (*said, *doubts(problem, problem.moments.rms_slope, config.shortest), *_long_steps(config, problem))
+    warned = (*doubts(problem, problem.moments.rms_slope, config.shortest), *_long_steps(config, problem))
     return RunSetup(config, problem, expected, config.solver.build(problem.traction_scale), warned)
 
 

@@ -295,8 +295,8 @@ def _read(folder: Folder, key: str) -> Iterator[tuple[str, tuple[str, Real]]]:
     data = json.loads(folder.own(key).read_text(encoding="utf-8"))
     if data["system"] != key:
         raise ValueError("it is of another system")
-    for name, (digest, numbers, *sums) in data["columns"].items():
-        if sums and sums != [_sum(key, name, digest, numbers)]:  # an earlier version stored none
+    for name, (digest, numbers, stored) in data["columns"].items():
+        if stored != _sum(key, name, digest, numbers):
             raise ValueError(f"the numbers of {name} are not those that their sum was made of")
         yield name, (digest, np.array(numbers, dtype=np.float64))
 

@@ -173,7 +173,7 @@ def test_force_does_not_make_a_deck_of_any_other_folder(tmp_path):
 
 
 def test_a_deck_of_an_earlier_version_is_read_and_replaced(tmp_path):
-    """Heights and start were sections of slab.data; a wall of atoms was a plugin."""
+    """Heights and start were sections of slab.data."""
     heights = np.random.default_rng(3).normal(size=SLAB.shape)
     directory = write_deck(tmp_path / "deck", make_deck(heights=heights))
     (of_atoms,) = values_of_atoms(directory / "wall.heights")
@@ -181,9 +181,8 @@ def test_a_deck_of_an_earlier_version_is_read_and_replaced(tmp_path):
     with (directory / "slab.data").open("a") as file:
         file.write("\nWallHeight\n\n" + "".join(f"{i:.0f} {h!r}\n" for i, h in of_atoms.tolist()) + "21 0\n")
     assert (read_heights(directory / "slab.data") == heights).all()
-    (directory / "crystal.so").write_text("earlier")
     write_deck(directory, make_deck())
-    assert not (directory / "crystal.so").exists()
+    assert "WallHeight" not in (directory / "slab.data").read_text()
 
 
 NOT_FINITE = np.full((4, 5), np.nan)

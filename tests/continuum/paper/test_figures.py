@@ -321,7 +321,7 @@ def test_the_border_of_figure_4_is_where_a_search_found_the_threshold() -> None:
     for name in ("1/kappa_att theory", "1/kappa_att", "1/kappa_rep"):  # they follow the paper: all are the same there
         assert threshold[name] == pytest.approx(1 / kappa_rep, rel=1e-3)
     assert 0.19 < threshold["h'rms"] < 0.195
-    figure = plot.styled(relations.draw_kappas)(found.rename(columns={"threshold": "turn"}))  # as tables of before
+    figure = plot.styled(relations.draw_kappas)(found)
     lines = {line.get_label(): line.get_xdata() for line in figure.axes[0].lines}
     assert lines["threshold, by bisection of 1 surfaces"][0] == threshold["1/kappa_att theory"]
     assert lines[r"the same, $\kappa_\mathrm{rep}$ as measured"][0] == pytest.approx(1 / kappa_rep)

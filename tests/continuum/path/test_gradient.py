@@ -342,8 +342,6 @@ def test_a_threshold_has_the_gradient_that_a_search_on_a_rougher_surface_confirm
     assert found(1.05).work - as_it_is.work == pytest.approx(more, rel=0.15)
     assert more > 0.05 * as_it_is.work
     assert as_it_is.bracket is not None
-    by_its_old_name = as_it_is.state.gradient("turn", wall=wall)  # type: ignore[arg-type]
-    np.testing.assert_array_equal(by_its_old_name, as_it_is.gradient())
     snapped = as_it_is.bracket._replace(kind="jump-in")
     state = replace(as_it_is.state, events=(snapped,))
     with pytest.raises(NotConvergedError, match="jumps over zero"):

@@ -25,8 +25,7 @@ from continuum.path.equilibrium import equilibrium
 from continuum.path.state import Control, Outcome, PathState, Search
 from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import Settings
-from continuum.store.identity import identity
-from continuum.store.runs.build import build
+from continuum.store.identity import identity, resolved, restored
 from continuum.store.runs.config import RunConfig
 from continuum.store.runs.growth import contact_identity
 from continuum.store.runs.run import follow_run
@@ -114,10 +113,10 @@ def test_what_is_no_law_of_a_work_is_refused() -> None:
 
 
 def assert_goes_on_as_of_before(folder: Path, result: c.Result) -> None:
-    """A file of an earlier version, which says turn, is read as it was; the command, by its old name, finds it done."""
+    """A file of the version before, which says turn, is read as it was, and the command finds it done."""
     from continuum.front.cli import main
 
-    old = (folder / "small-threshold.h5").rename(folder / "small-turn.h5")
+    old = folder / "small-threshold.h5"
     with h5py.File(old, "r+") as file:
         assert set(file["events/kind"].asstr()[()]) == {"threshold"}
         file["events/kind"][...] = "turn"
@@ -125,35 +124,25 @@ def assert_goes_on_as_of_before(folder: Path, result: c.Result) -> None:
         file.attrs["config_resolved"] = file.attrs["config_resolved"].replace(b'"threshold":', b'"turn":')
     written = old.read_bytes()
     assert c.Result.read(old).events == result.events
-    assert main(["turn", "small.toml", "--area", "0.05", "--area", "0.1"]) == 0
+    assert main(["threshold", "small.toml", "--area", "0.05", "--area", "0.1"]) == 0
     assert old.read_bytes() == written
-    assert not (folder / "small-threshold.h5").exists()
     with h5py.File(old, "r+") as file:
         file["status"][...] = "NO_TURN"
         del file["status"].attrs["crc32"]
     assert {point.status for point in c.Result.read(old).points} == {Outcome.NO_THRESHOLD.name}
 
 
-def test_inputs_and_results_of_before_are_the_same_run() -> None:
+def test_results_of_before_are_the_same_run_and_inputs_have_the_name_of_today() -> None:
     tables = {**tomllib.loads(SMALL), "loading": {"control": "repulsive-area", "targets": [0.1]}}
-    old, new = (load(tables, RunConfig, {f"loading.{key}": 0.02}) for key in ("turn", "threshold"))
+    new = load(tables, RunConfig, {"loading.threshold": 0.02})
+    old = restored(RunConfig, resolved(new).replace('"threshold":', '"turn":'))
     assert old.loading == new.loading
     assert (identity(old), contact_identity(old)) == (identity(new), contact_identity(new))
     # What is hashed is what was hashed when results were first stored.
     assert old.plain(identity=True)["loading"]["turn"] == 0.02
     assert "threshold" not in old.plain(identity=True)["loading"]
-    assert build(new).warnings == ()
-    assert build(old).warnings == ("[loading] turn is now called threshold: write threshold in its place",)
-
-
-def test_names_of_before_go_on_with_a_remark() -> None:
-    wall = law(0.5)
-    contact = c.Contact(heights(), wall(0.001), period=GRID.lengths)
-    with pytest.warns(DeprecationWarning, match=r"Contact\.find_threshold"), pytest.raises(ValueError, match="area"):
-        contact.turn(wall, area=2.0)
-    for old, new in (("turn", c.threshold), ("Turn", FoundThreshold)):
-        with pytest.warns(DeprecationWarning, match=f"continuum.{old} is now called"):
-            assert getattr(c, old) is new
+    with pytest.raises(c.ConfigError, match="turn"):
+        load(tables, RunConfig, {"loading.turn": 0.02})
 
 
 def test_the_command_stores_the_bracket_and_goes_on(tmp_path, monkeypatch, capsys) -> None:
@@ -173,7 +162,6 @@ def test_the_command_stores_the_bracket_and_goes_on(tmp_path, monkeypatch, capsy
     assert main(["threshold", "small.toml", "--area", "0.05", "--area", "0.1"]) == 0
     assert "stored before" not in capsys.readouterr().out
     assert_goes_on_as_of_before(Path("results"), result)
-    assert capsys.readouterr().err == "`continuum turn` is now called `continuum threshold`\n"
 
 
 @pytest.mark.parametrize(
