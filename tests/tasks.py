@@ -27,12 +27,12 @@ def tasks_here(tasks: Iterable[Task], work: Job, is_done: Callable[[Task], bool]
     for task in sorted((task for task, done in listed if not done), key=lambda task: -task.cost):
         try:
             with heard(partial(given.get("meanwhile", lambda task, said: None), task)):
-                seconds = timed(work, task)
+                took = timed(work, task)
         except Exception as caught:
             error = pickle.loads(pickle.dumps(caught))  # as it would come from a process
             yield TaskResult(task, 0.0, f"{type(error).__name__}: {error}", error)
         else:
-            yield TaskResult(task, seconds)
+            yield TaskResult(task, took.seconds, first=took.first)
 
 
 def work(log: Path, task: Task) -> None:

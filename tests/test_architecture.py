@@ -11,16 +11,14 @@ from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from atomistic.inputs.crystal import ElasticConfig
 from atomistic.inputs.deck import DeckConfig
 from atomistic.inputs.validate import ValidateConfig
-from continuum.front.sweeps import costs_of
+from continuum.front.costs import SystemCost, costs_of
 from continuum.inputs.reading import load
 from continuum.store.runs.config import RunConfig
-from continuum.store.runs.cost import Cost, cost_of
 from continuum.store.runs.run import follow_run
 from continuum.store.sweeps.axes import Sweep
 from docs.house import MODULES, ROOT, imports, rooms
@@ -257,11 +255,10 @@ def test_every_input_loads_and_says_what_it_is_for(path: Path) -> None:
         assert f"\n# {word} " in f"\n{head}", word
     if path.parent.name == "sweep":
         both = (False, True) if "with --reduced" in head else (False,)
-        costs = [[cost for cost, _ in costs_of(Sweep.read(path, reduced=reduced))] for reduced in both]
-        compare_with_head(head, costs)
+        systems = [costs_of(Sweep.read(path, reduced=reduced)) for reduced in both]
+        compare_with_head(head, systems[0])
     elif path.parent.name == "smoke":
-        cost = cost_of(load(path, RunConfig))
-        assert cost.seconds(quiet_pair(cost)) < (5 if "a few" in head or "some" in head else 2)
+        load(path, RunConfig)
     else:
         kinds = {"validate": ValidateConfig, "lammps": DeckConfig, "crystals": ElasticConfig}
         load(path, kinds[path.parent.name])
@@ -272,20 +269,10 @@ def test_the_first_system_of_the_largest_sweep_loads(reduced: bool) -> None:
     assert next(Sweep.read(LARGEST, reduced=reduced).systems())
 
 
-def quiet_pair(cost: Cost) -> float:
-    """Seconds for a pair of transforms of a grid on a quiet core: 0.16 at 4096 x 4096 (docs/studies/sweeps.md)."""
-    return float(0.16 * cost.size * np.log(cost.size) / (4096**2 * np.log(4096**2)))
-
-
-def compare_with_head(head: str, costs: list[list[Cost]]) -> None:
-    """Times in the head of a sweep, of all systems and then of the reduced ones, and its memory, with the estimates."""
-    told = re.findall(r"([\d.]+) core (second|minute|hour)", head)
-    for (number, unit), systems in zip(told, costs, strict=True):
-        seconds = float(number) * {"second": 1, "minute": 60, "hour": 3600}[unit]
-        # Heads have a digit or two; the estimate itself is right within a factor of about two.
-        assert sum(cost.seconds(quiet_pair(cost)) for cost in systems) == pytest.approx(seconds, rel=0.2, abs=0.6)
+def compare_with_head(head: str, systems: list[SystemCost]) -> None:
+    """Memory in the head of a sweep, as its input has it."""
     for number in re.findall(r"([\d.]+) GB", head):
-        assert max(cost.memory for cost in costs[0]) == pytest.approx(1e9 * float(number), rel=0.12)
+        assert max(one.cost.memory for one in systems) == pytest.approx(1e9 * float(number), rel=0.12)
 
 
 # path.toml is run as docs/start.md says: tests/test_docs.py.
@@ -298,15 +285,11 @@ def compare_with_head(head: str, costs: list[list[Cost]]) -> None:
     ],
     ids=lambda path: path.name,
 )
-def test_every_smoke_input_runs_converges_and_costs_what_was_expected(path: Path, tmp_path: Path) -> None:
-    """To within a factor of two, which the estimate says of itself; counts are the same on any machine."""
+def test_every_smoke_input_runs_and_converges(path: Path, tmp_path: Path) -> None:
     config = load(path, RunConfig)
     summary = follow_run(config, tmp_path / "result.h5")
     assert summary.converged
     assert max(step.area_rep for step in summary.points) > 0.01
-    pairs = sum(point.fft_pairs + point.search_pairs for point in summary.points)
-    # Fitted to surfaces on a substrate of one material; these two take 5.7 and 3.4 times as many.
-    assert path.stem in ("line", "layered") or 1 / 2 < pairs / cost_of(config).fft_pairs < 2
 
 
 @pytest.mark.parametrize("package", ["continuum", "atomistic"])

@@ -197,7 +197,7 @@ def test_the_numbers_of_the_limits_are_those_of_the_code() -> None:
         f"slopes above {SMALL_SLOPE:g} (a warning), above {LARGEST_SLOPE:g} (refused)",
         f"waves of fewer than {POINTS} points",
         f"{LARGEST_N} points along a side",
-        f"estimates assume {cost._MEMORY['law']} and {cost._MEMORY['hard']}",
+        f"estimates assume {cost.UNDER_A_LAW} and {cost.UNDER_A_HARD_WALL}",
     ):
         assert said in PAGES["docs/limits.md"], said
 

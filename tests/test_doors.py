@@ -59,7 +59,7 @@ areas = [0.3]
 MAP = "map.txt --size 32nm --unit nm --estar 1GPa --work 1mJ/m2 --range 0.5nm --periodic --no-solve"
 COMMANDS = {
     # Its words, a text in what it prints, and the command before, whose files it reads.
-    "continuum check": ("small.toml", "FFT pairs", ""),
+    "continuum check": ("small.toml", "states of the path", ""),
     "continuum run": ("small.toml", "Points of the path", ""),
     "continuum threshold": ("small.toml --area 0.05 -o searched", "searched/small", ""),
     "continuum plot": ("results/small.h5 --format png -o drawn", "drawn/small-contact.png", "continuum run"),

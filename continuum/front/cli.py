@@ -7,7 +7,7 @@ from cyclopts import App
 from continuum.front.options import program, run_program
 
 COMMANDS = {
-    "check": "print grid, roughness, memory and cost of a run or a sweep",
+    "check": "print grid, roughness, memory and states of a run or a sweep",
     "run": """follow a loading path; store areas, loads, maps and jumps
 
 The table [loading] of the input sets the control (separation, mean-gap, mean-pressure, repulsive-area) and its \

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from continuum.front.contact import LoadingPath, State
-from continuum.front.sweeps import check_sweep
+from continuum.front.costs import NOT_MEASURED, check_sweep, seconds_of
 from continuum.inputs.arguments import ArgumentError, file_name, flag, function, number, several
 from continuum.inputs.reading import InputFile, load, settings_of, source_of
 from continuum.store.identity import identity
 from continuum.store.runs.build import RunSetup, build
 from continuum.store.runs.config import RunConfig
-from continuum.store.runs.cost import cost_of, pair_seconds
+from continuum.store.runs.cost import cost_of
 from continuum.store.runs.result import Analysis, Result
 from continuum.store.runs.run import Progress, follow_run
 from continuum.store.sheet import Column, Sheet
@@ -24,7 +24,7 @@ class CheckReport:
     """What a run or a sweep will do and cost."""
 
     sheet: Sheet
-    """A run: grid, roughness, law, memory and cost; a sweep: what its systems cost together."""
+    """A run: grid, roughness, law, memory and states; a sweep: what its systems need together."""
     system: RunSetup | None = None
     """The contact of a run, with its input; None of a sweep."""
 
@@ -37,8 +37,10 @@ class CheckReport:
         return self.sheet._repr_html_()
 
 
-def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced: bool = False) -> CheckReport:
-    """Check an input file of a run or of a sweep: its grid, roughness, memory and cost.
+def check(
+    file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced: bool = False, measure: bool = False
+) -> CheckReport:
+    """Check an input file of a run or of a sweep: its grid, roughness, memory and number of states.
 
     Parameters
     ----------
@@ -46,6 +48,7 @@ def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced
         tables, which is then named "input".
     settings : values for keys of the input, as ``{"surface.seed": 3}``.
     reduced : use the values of [sweep.reduced] (sweeps only).
+    measure : solve the first state of a run, or the cheapest system of a sweep, and report the time of all by it.
 
     Raises
     ------
@@ -55,8 +58,9 @@ def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced
         If an argument is not allowed.
     """
     given, source = settings_of(settings), source_of(file)
+    flag("measure", measure)
     if flag("reduced", reduced) or "sweep" in source.data:
-        return CheckReport(check_sweep(file, given, reduced=reduced))
+        return CheckReport(check_sweep(file, given, reduced=reduced, measure=measure))
     config = load(file, RunConfig, given)
     system, cost = build(config), cost_of(config)
     grid, wall, real, expected = system.problem.grid, system.problem.wall, system.problem.moments, system.expected
@@ -75,14 +79,19 @@ def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced
         ("work of adhesion w (in reduced units: l_a)", f"{wall.work_of_adhesion:.4g}", "E* a0"),
         ("range of attraction", f"{wall.range:.4g}", "a0"),
         ("residual tolerance, rms", f"{system.settings.tolerance:.3g}", "E*"),
-        ("points of the path", f"{cost.points}", ""),
+        ("states of the path", f"{cost.states}", ""),
         ("memory, about", f"{cost.memory / 2**20:.4g}", "MiB"),
-        ("cost, about", f"{cost.fft_pairs}", "FFT pairs"),
-        ("", f"{cost.seconds(pair_seconds(grid)):.2g}", "core-seconds of this machine, as it is now"),
+        _time_of(config, measure=measure),
         ("identity", identity(config)[:16], ""),
     ]
     columns = (Column("quantity"), Column("value"), Column("unit"))
     return CheckReport(Sheet.of(f"{source.path}: valid", columns, rows), system)
+
+
+def _time_of(config: RunConfig, *, measure: bool) -> tuple[str, str, str]:
+    if not measure:
+        return "time", NOT_MEASURED, "--measure solves the first state"
+    return "time of the first state", f"{seconds_of(config, first_state=True):.2g}", "s"
 
 
 def run(

@@ -10,18 +10,18 @@ from cyclopts import Parameter
 from continuum.front import sweeps
 from continuum.front.options import like
 from continuum.inputs.errors import OK, InputError
-from continuum.show.console import EstimatedProgress, clear, report, until_ctrl_c, warn
+from continuum.show.console import clear, report, until_ctrl_c, warn
+from continuum.show.sweep_progress import SweepProgress
 from continuum.store.sweeps import collect as collecting
 from continuum.store.sweeps import status
 
 
 @like(sweeps.sweep, help={"memory": "memory to use, in GB (default: all of this machine)"})
 def sweep_run(file: str, **given: Any) -> int:
-    with EstimatedProgress(Path(file).stem) as told:
+    with SweepProgress(Path(file).stem) as told:
         done = sweeps.sweep(
-            file, **given, warn=warn, begun=lambda tasks: told.begin({task.path: task.cost for task in tasks}),
-            progress=lambda ended, n, total: told.end(ended.task.path, str(ended), new=not ended.found),
-            meanwhile=lambda task, share: told.advance(task.path, share, f"{task.label}: {share:.0%} of its points"),
+            file, **given, warn=warn, begun=told.begin, progress=lambda ended, n, total: told.end(ended),
+            meanwhile=told.advance,
         )  # fmt: skip
     what = "searches" if done.crossings else "systems"
     lines = [f"{done.folder}: {done.done} {what} done, {done.found} were done before, {len(done.failed)} failed"]
@@ -40,7 +40,7 @@ def sweep_run(file: str, **given: Any) -> int:
     "lines": "further line of the script, as 'source ~/venv/bin/activate'; may be repeated",
 })  # fmt: skip
 def sweep_slurm(**given: Any) -> int:
-    print(sweeps.sweep_slurm(**given), end="")
+    print(sweeps.sweep_slurm(**given, warn=warn), end="")
     return OK
 
 

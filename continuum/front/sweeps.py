@@ -14,18 +14,17 @@ from pathlib import Path
 from typing import Any
 
 import continuum.store.sweeps.collect
+from continuum.front.costs import core_hours, costs_of, tasks_of
 from continuum.inputs.arguments import ArgumentError, count, file_name, flag, function, instance, number, pair
 from continuum.inputs.reading import InputFile, settings_of
 from continuum.inputs.toml import text_of
-from continuum.model.grid import Grid
 from continuum.solve.backend import back_end
 from continuum.store import datasets as store
 from continuum.store.datasets import Dataset
 from continuum.store.granted import granted_memory
 from continuum.store.output import LockedError, folder, save
 from continuum.store.provenance import provenance
-from continuum.store.runs.cost import Cost, cost_of, pair_seconds
-from continuum.store.sheet import Column, Sheet
+from continuum.store.sheet import Sheet
 from continuum.store.sweeps.axes import Sweep
 from continuum.store.sweeps.cluster import Allocation, slurm_script
 from continuum.store.sweeps.collect import PointTable
@@ -177,39 +176,6 @@ def _ended(root: Path, ended: Sequence[TaskResult], *, searched: bool) -> SweepR
     return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held, crossings)
 
 
-def costs_of(described: Sweep) -> list[tuple[Cost, Grid]]:
-    """Cost and grid of each system, and of what is tried between the two ends of each search, as if all cross."""
-    costs = [(cost_of(config), config.grid.build()) for _, config in described.systems()]
-    if described.bisection is not None:  # what is tried between two ends costs at most what the dearer one does
-        ends = zip(costs[::2], costs[1::2], strict=True)
-        between = described.bisection.halvings
-        costs += [max(two, key=lambda end: end[0].fft_pairs) for two in ends for _ in range(between)]
-    return costs
-
-
-def check_sweep(file: InputFile, settings: Mapping[str, Any], *, reduced: bool) -> Sheet:
-    """Check the input of a sweep and each of its systems, and estimate their total cost."""
-    described = Sweep.read(file, settings, reduced=reduced)
-    costs, searches = costs_of(described), list[tuple[str, str, str]]()
-    pairs = {grid: pair_seconds(grid) for grid in {grid for _, grid in costs}}
-    if described.bisection is not None:
-        found = len(costs) // (2 + described.bisection.halvings)
-        searches = [("searches", f"{found}", ""), ("their systems are counted as if all cross", "", "")]
-    seconds = [cost.seconds(pairs[grid]) for cost, grid in costs]
-    rows = [
-        *searches,
-        ("systems", f"{len(costs)}", ""),
-        ("points of their paths", f"{sum(cost.points for cost, _ in costs)}", ""),
-        ("grids", ", ".join(sorted({f"{nx} x {ny}" for nx, ny in (grid.shape for grid in pairs)})), ""),
-        ("memory of the largest system, about", f"{max(cost.memory for cost, _ in costs) / 2**20:.4g}", "MiB"),
-        ("cost, about", f"{sum(cost.fft_pairs for cost, _ in costs)}", "FFT pairs"),
-        ("", f"{sum(seconds):.2g}", "core-seconds of this machine, as it is now"),
-        ("of them the longest path", f"{max(seconds):.2g}", "core-seconds"),
-        *((f"column {one.name}, run by `sweep run` only", one.made, "") for one in described.columns),
-    ]  # fmt: skip
-    return Sheet.of(f"{described.source.path}: valid", ("quantity", Column("value"), "unit"), rows)
-
-
 def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointTable:
     """Write all points of a sweep as one table: ``table.csv`` (a row for each) and ``table.h5`` (xarray opens it).
 
@@ -269,6 +235,8 @@ def sweep_slurm(
     account: str | None = None,
     modules: Sequence[str] = (),
     lines: Sequence[str] = (),
+    measure: bool = False,
+    warn: Callable[[Sequence[str]], None] | None = None,
 ) -> str:
     """Job script for ``sbatch`` that runs a sweep: a cluster in one allocation, or an array of jobs.
 
@@ -289,6 +257,8 @@ def sweep_slurm(
     account : SLURM account.
     modules : modules to load first, as gcc/13.2.
     lines : further lines of the script, as "source ~/venv/bin/activate".
+    measure : solve the cheapest system for the core hours, where none is done in the folder.
+    warn : called where the job asks for a fraction of the time that is needed.
 
     Raises
     ------
@@ -300,16 +270,20 @@ def sweep_slurm(
     given = settings_of(settings) | ({} if device is None else {"solver.device": device})
     path = file_name("file", file)
     described = Sweep.read(path, given, reduced=flag("reduced", reduced))
-    configs = [config for _, config in described.systems()]
-    needed = max(cost_of(config).memory for config in configs)
+    function("warn", warn)
+    systems = costs_of(described)
+    needed = max(one.cost.memory for one in systems)
     allocation = Allocation(
         nodes, time, workers, needed if memory is None else number("memory", memory, above=0), threads, shards,
-        any(config.solver.device != "cpu" for config in configs), partition, account, modules, lines,
+        any(one.config.solver.device != "cpu" for one in systems), partition, account, modules, lines,
     )  # fmt: skip
-    tasks = len(configs) // (1 if described.bisection is None else 2)  # a search has two ends
-    allocation = allocation.for_tasks(tasks)
+    allocation = allocation.for_tasks(tasks_of(described, systems))
     root = file_name("output", output)
+    known, short = core_hours(systems, root / described.name, allocation, measure=flag("measure", measure))
+    if short and warn is not None:
+        warn([short])
     words = ["continuum", "sweep", "run", str(path), "--output", str(root), *(["--reduced"] if reduced else [])]
     words += [word for name, value in given.items() for word in ("--set", f"{name}={text_of(value)}")]
-    said = [f"column {one.name}: {one.made}, which the job executes" for one in described.columns]
+    said = [line for line in (known, short) if line]
+    said += [f"column {one.name}: {one.made}, which the job executes" for one in described.columns]
     return slurm_script(shlex.join(words), allocation, described.name, said)

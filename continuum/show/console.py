@@ -11,7 +11,7 @@ import time
 import traceback
 import unicodedata
 import warnings
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
@@ -29,7 +29,7 @@ from rich.progress import (
 from rich.table import Table
 
 from continuum.inputs.errors import BAD_INPUT, NOT_CONVERGED, OK, StickinessError, shortened
-from continuum.store.sheet import WIDEST, Sheet
+from continuum.store.sheet import WIDEST, Sheet, duration
 
 Voice = Literal["quiet", "normal", "verbose"]
 """Amount of output of a command.
@@ -55,7 +55,7 @@ Reporter = Callable[[int, str], None]
 
 
 @contextmanager
-def progress(total: int, title: str, estimate: Callable[[], float] | None = None) -> Iterator[Reporter]:
+def progress(total: int, title: str, estimate: Callable[[], str] | None = None) -> Iterator[Reporter]:
     """Show progress: a bar on a terminal; otherwise, or if verbose, one line with the time for each part.
 
     The remaining time is estimated from the average time of the parts that this call has finished.
@@ -64,21 +64,24 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
     ----------
     total : number of parts; parts that the first report counts in addition to its own were finished by an earlier run.
     title : title of the work.
-    estimate : estimate of the remaining seconds, if more is known than the number of parts.
+    estimate : returns the remaining time in words, where more is known than the number of parts; empty if it is not.
     """
     before, began, title = -1, time.monotonic(), shortened(title)
 
     def left(done: int) -> str:
         nonlocal before
         before = done - 1 if before < 0 else before
-        seconds = (time.monotonic() - began) / max(done - before, 1) * (total - done)
-        seconds = seconds if estimate is None else estimate()
-        return f"about {_duration(seconds)} left" if done < total else ""
+        if done >= total:
+            return ""
+        if estimate is None:
+            seconds = (time.monotonic() - began) / max(done - before, 1) * (total - done)
+            return f"about {duration(seconds)} left"
+        return f"{said} left" if (said := estimate()) else ""
 
     if _voice.get() == "quiet":
         yield lambda done, text: None
         return
-    if _console.is_terminal and _voice.get() != "verbose":
+    if on_a_bar():
         columns = (
             TextColumn("{task.description}"),
             BarColumn(),
@@ -96,7 +99,7 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
         return
 
     def line(done: int, text: str) -> None:
-        about = f", {left(done)}" if done < total else ""
+        about = f", {said}" if (said := left(done)) else ""
         sys.stdout.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')}  {title} {done}/{total}  {text}{about}\n")
         sys.stdout.flush()
 
@@ -114,59 +117,6 @@ def progress_of_known(title: str, text: str = "") -> Iterator[Callable[[int, int
         yield lambda done, total: bar(total)(done, text)
 
 
-_OFTEN = 30.0
-"""Seconds between two lines about an unfinished part."""
-
-
-class EstimatedProgress(contextlib.ExitStack):
-    """Progress of parts with estimated work; the remaining time is estimated from the finished work.
-
-    Nothing is shown before :meth:`begin`.
-    """
-
-    def __init__(self, title: str) -> None:
-        super().__init__()
-        self._title, self._total, self._worked = title, 0, 0.0
-        self._costs: dict[Hashable, float] = {}
-        self._shares: dict[Hashable, float] = {}
-        self._bar = _console.is_terminal and _voice.get() != "verbose"
-
-    def begin(self, costs: Mapping[Hashable, float]) -> None:
-        """Set the parts, with their work in any unit."""
-        self._costs, self._total = dict(costs), len(costs)
-        self._began = self._said = time.monotonic()
-        self._report = self.enter_context(progress(self._total, self._title, self._left))
-
-    def end(self, part: Hashable, text: str, *, new: bool = True) -> None:
-        """Report a finished part, except one that had been finished before."""
-        cost = self._costs.pop(part, 0.0)
-        self._shares.pop(part, None)
-        if new:
-            self._worked += cost
-            self._report(self._total - len(self._costs), text)
-
-    def advance(self, part: Hashable, share: float, text: str) -> None:
-        """Report the finished share of a part, from 0 to 1; at most once a minute if each report is a line."""
-        self._shares[part] = share
-        if self._bar or time.monotonic() - self._said > _OFTEN:
-            self._report(self._total - len(self._costs), text)
-            self._said = time.monotonic()
-
-    def _left(self) -> float:
-        elapsed = time.monotonic() - self._began
-        in_hand = sum(self._costs.get(part, 0.0) * share for part, share in self._shares.items())
-        worked = self._worked + in_hand
-        return elapsed * (sum(self._costs.values()) - in_hand) / worked if worked else 0.0
-
-
-def _duration(seconds: float) -> str:
-    """A time with the few digits of an estimate."""
-    for size, unit in ((86400, "d"), (3600, "h"), (60, "min")):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.0f} {unit}"
-    return f"{seconds:.0f} s"
-
-
 def warn(messages: Sequence[str]) -> None:
     """Print warnings to the error stream."""
     for message in messages:
@@ -178,6 +128,11 @@ def tell(text: str) -> None:
     if _voice.get() != "quiet":
         sys.stderr.write(f"{text}\n")
         sys.stderr.flush()
+
+
+def on_a_bar() -> bool:
+    """True if progress is shown as a bar, false if each report is a line."""
+    return _console.is_terminal and not verbose()
 
 
 def verbose() -> bool:

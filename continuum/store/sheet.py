@@ -51,6 +51,14 @@ class Column:
         return str(cell) if isinstance(cell, int) else f"{cell:{self.form}}"
 
 
+def duration(seconds: float) -> str:
+    """A time with the few digits of an estimate."""
+    for size, unit in ((86400, "d"), (3600, "h"), (60, "min")):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
+
+
 class Shown:
     """What notebooks show as its sheets, one below the other."""
 

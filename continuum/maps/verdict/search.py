@@ -5,6 +5,7 @@ the surface snaps.  The wall is that of :mod:`continuum.maps.verdict.on_grid`; t
 :mod:`continuum.maps.verdict.threshold`.
 """
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -16,14 +17,13 @@ from continuum.maps.verdict import on_grid, threshold
 from continuum.maps.verdict.criteria import AREA, RoughContact
 from continuum.maps.verdict.materials import Interface
 from continuum.maps.verdict.threshold import Basis, MapThreshold, PressedMap
-from continuum.model.fourier import Real
+from continuum.model.fourier import Real, columns_forward, columns_inverse, padded, rows_forward, rows_inverse
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.model.walls import Wall
 from continuum.path.threshold_search import bracket_threshold
 from continuum.solve.solution import NotConvergedError, Settings, Solution
 from continuum.solve.solver import Solver
-from continuum.store.runs.cost import pair_seconds
 from continuum.theory.rough import threshold_share
 
 WIDTH = 0.1
@@ -72,7 +72,30 @@ def expected_pairs(pressed: PressedMap, found: MapThreshold) -> float:
 def expected_seconds(pressed: PressedMap, found: MapThreshold) -> float:
     """CPU seconds that a search will take, to a factor of three."""
     nx, ny = pressed.problem.grid.shape
-    return BESIDE * expected_pairs(pressed, found) * pair_seconds(Grid((nx, ny), (float(nx), float(ny))))
+    return BESIDE * expected_pairs(pressed, found) * _pair_seconds(Grid((nx, ny), (float(nx), float(ny))))
+
+
+def _pair_seconds(grid: Grid) -> float:
+    """Time of a transform and its inverse on a grid, in s, measured on one thread of this machine.
+
+    For a grid of more than 1024 points along a side the time is extrapolated from a smaller one, as n² log n.
+    """
+    n = min(max(round(np.sqrt(grid.size)), 16), 1024)
+    small, seconds = Grid.square(n), np.inf
+    field, spectrum = np.random.default_rng(1).normal(size=small.shape), padded(small.shape_q, np.complex128)
+    # Arrays are allocated before, as in a solver; the best of a few times is that of an idle machine.
+    for _ in range(5):
+        began = time.process_time()
+        repeats = max(1, 2**18 // small.size)
+        for _ in range(repeats):
+            rows_forward(field, spectrum)
+            columns_forward(spectrum)
+            columns_inverse(spectrum)
+            rows_inverse(spectrum, field)
+            field /= small.size
+        seconds = min(seconds, (time.process_time() - began) / repeats)
+    work = grid.size * np.log(grid.size) / (small.size * np.log(small.size))
+    return float(seconds * work)
 
 
 def search_threshold(pressed: PressedMap, found: MapThreshold, *, limited: bool = False) -> MapThreshold:

@@ -4,12 +4,13 @@ After a point, at most once a second, the result is rewritten with all that the 
 interrupted run continues to a bitwise identical result.
 """
 
+import itertools
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -35,11 +36,23 @@ from continuum.store.runs.record import Point, Record
 from continuum.store.runs.result import Result
 from continuum.store.runs.trials import KeptTrials
 
+_RUNS = itertools.count()
+"""Number of runs that this process has begun: the first one loads or compiles the solver."""
 _OF_KNOTS = {"gap": ("a0", "gap at the knots of the wall law"), "traction": ("E*", "traction at the knots")}
 Progress = Callable[[Point, int, int], None]
 """Called after each point with the point, the number of finished points, and the number of all."""
 Made = Callable[[RunSetup, Record], Dataset]
 """Function that makes a dataset of a finished path."""
+
+
+class _Begun(NamedTuple):
+    """How a process began a run."""
+
+    resumed: int
+    """Points that were stored before."""
+    at: float
+    first: bool
+    """Whether it is the first run of its process."""
 
 
 def follow_run(
@@ -92,7 +105,7 @@ def follow_run(
         if force:
             trials.drop()
         try:
-            write = partial(_write, system, path, key, resumed, added)
+            write = partial(_write, system, path, key, _Begun(resumed, start, next(_RUNS) == 0), added)
             said_of_it = _follow(system, record, growth, write, every, progress, trials)
         except BaseException:
             trials.save()
@@ -174,7 +187,7 @@ def states_of(
 
 
 def _write(
-    system: RunSetup, path: Path, key: str, resumed: int, added: Mapping[str, Made], record: Record
+    system: RunSetup, path: Path, key: str, begun: _Begun, added: Mapping[str, Made], record: Record
 ) -> dict[str, Attribute]:
     config, grid = system.config, system.problem.grid
     finished = len(record.points) == config.loading.points
@@ -192,7 +205,12 @@ def _write(
         datasets["heights"] = Dataset(heights, ("x", "y"), "a0", "height of the rigid wall")
     if finished:
         datasets |= {name: make(system, record) for name, make in added.items()}
-    journalled = {"journal/resumed_at": resumed, "journal/total_seconds": sum(whole for _, whole in record.seconds)}
+    before = sum(whole for _, whole in record.seconds[: begun.resumed])
+    journalled: dict[str, Attribute] = {
+        "journal/resumed_at": begun.resumed,
+        "journal/total_seconds": before + time.perf_counter() - begun.at,
+        "journal/first_of_process": begun.first,
+    }
     said: dict[str, Attribute] = {
         "schema": config.result_schema,
         "schema_version": config.result_version,

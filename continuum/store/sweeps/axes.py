@@ -187,6 +187,7 @@ class System:
     settings: Mapping[str, Any]
     """Key and value on each axis."""
     cost: float = math.nan
+    """States times points of the grid, or whatever an earlier version took for the work."""
     memory: float = math.nan
     source: Source | None = field(default=None, repr=False, compare=False)
     """The common input of all systems; None of a system of a stored listing."""
@@ -194,6 +195,11 @@ class System:
     @property
     def label(self) -> str:
         return label_of(self.settings)
+
+    @property
+    def kind(self) -> str:
+        """Its grid, in words."""
+        return label_of({key: value for key, value in self.settings.items() if key.partition(".")[0] == "grid"})
 
     @property
     def config(self) -> RunConfig:

@@ -70,6 +70,19 @@ class Allocation:
         return replace(self, shards=shards, workers=min(self.workers, math.ceil(tasks / (shards or self.nodes))))
 
     @property
+    def core_seconds(self) -> float:
+        """Time that it asks for, of all cores that its processes use."""
+        days, _, clock = self.time.rpartition("-")
+        parts = [int(part) for part in clock.split(":")]
+        if days:  # days-hours:minutes:seconds
+            seconds = 86400 * int(days) + sum(part * unit for part, unit in zip(parts, (3600, 60, 1), strict=False))
+        elif len(parts) == 3:
+            seconds = 3600 * parts[0] + 60 * parts[1] + parts[2]
+        else:  # minutes, or minutes:seconds
+            seconds = sum(part * unit for part, unit in zip(parts, (60, 1), strict=False))
+        return float(seconds) * (self.shards or self.nodes) * self.workers * self.threads
+
+    @property
     def head(self) -> list[str]:
         """SLURM options, except names of the job."""
         megabytes = math.ceil(self.workers * (self.memory + _PROCESS) / 2**20) + 1024

@@ -1,7 +1,7 @@
 """Progress of a sweep, from its files alone."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,10 +14,11 @@ from continuum.store import datasets as store
 from continuum.store import output
 from continuum.store.hdf5 import StoreError
 from continuum.store.sheet import MOST, Sheet, pairs
-from continuum.store.sweeps.axes import Sweep, System
+from continuum.store.sweeps.axes import Sweep
 from continuum.store.sweeps.crossings import NOT_DONE, Crossing, asked_for, crossings_of, crossings_sheet
 from continuum.store.sweeps.folder import Folder
 from continuum.store.sweeps.listing import SweepListing, systems_of
+from continuum.store.sweeps.pace import Span, expected, timed_systems, work_of
 from continuum.store.sweeps.sweep import changes_of
 
 _RECENT = 50
@@ -36,8 +37,8 @@ class SweepStatus:
     """Each failed system with the reason."""
     rate: float
     """Systems per hour, lately; NaN if that is not known."""
-    seconds_left: float
-    """Time left at the recent rate, by the estimated work of the systems, in s; NaN if that is not known."""
+    time_left: Span | None
+    """Time for the systems that are left in one process, by the last ones on each grid; None where one has none."""
     left: int
     """Systems, or searches, that a further run would do: neither done nor failed."""
     others: int
@@ -48,6 +49,11 @@ class SweepStatus:
     """Progress of each search."""
     died: tuple[str, ...] = ()
     """Unfinished systems whose process died."""
+
+    @property
+    def seconds_left(self) -> float:
+        """Time left with as many processes as run now, or one, in s; NaN if that is not known."""
+        return np.nan if self.time_left is None else self.time_left.over(max(1, len(self.running))).seconds
 
     @property
     def total(self) -> int:
@@ -74,8 +80,9 @@ class SweepStatus:
             ]
         if not np.isnan(self.rate):
             rows.append(("lately", f"{self.rate:.3g} systems an hour"))
-        if self.done < self.total and not np.isnan(self.seconds_left):
-            rows.append(("time left, about", f"{self.seconds_left / 3600:.2g} h at that rate"))
+        if self.left and self.time_left is not None:
+            at_once = max(1, len(self.running))
+            rows.append(("time left", f"{self.time_left.over(at_once)} with {at_once} at once"))
         if self.others:
             rows.append(("of an earlier input, kept", self.others))
         sheets = [pairs(self.listing.name, rows)]
@@ -136,21 +143,21 @@ def sweep_status(
         for mark in sorted(folder.work.glob("*.died"))
         if mark.stem in costs and mark.stem not in done
     ]
-    work = sum(system.cost for name, system in costs.items() if name not in done)
+    waiting = [(s.kind, s.cost) for name, s in costs.items() if name not in done and name not in reasons]
     left = len(costs.keys() - done.keys() - reasons.keys())
     if listing.bisection is not None:  # searches may try more systems than are listed yet
         each, most = zip(listing.searches, crossings, strict=True), listing.bisection.most
-        work += sum((most - len(one.systems)) * one.systems[0].cost for one, found in each if not found.complete)
+        going_on = [one.systems for one, found in each if not found.complete]
+        waiting += [(systems[0].kind, (most - len(systems)) * systems[0].cost) for systems in going_on]
         left = sum(found.status == NOT_DONE for found in crossings)
-    rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()], idle=not running)
-    seconds = work / work_rate if work_rate > 0 else np.nan
+    timed = timed_systems(folder, {name: (costs[name].kind, costs[name].cost) for name in done}, done)
     return SweepStatus(
         listing,
         len(done),
         tuple(running),
         tuple(failed),
-        rate,
-        seconds,
+        _rate(done.values(), idle=not running),
+        expected(timed, work_of(waiting)),
         left,
         len(ended) - len(done),
         tuple(changes),
@@ -168,10 +175,8 @@ def _points_in(path: Path) -> str:
     return f", {found['step'].size} points stored" if "step" in found else ""
 
 
-def _rates(ended: list[tuple[float, System]], *, idle: bool) -> tuple[float, float]:
-    """Systems per hour and work per second of the last finished systems; until now, unless nothing runs now."""
-    last = sorted(ended, key=lambda each: each[0])[-_RECENT:]
-    seconds = (last[-1][0] if idle else time.time()) - last[0][0] if len(last) > 1 else 0.0
-    if seconds <= 0:
-        return np.nan, 0.0
-    return 3600 * (len(last) - 1) / seconds, sum(system.cost for _, system in last[1:]) / seconds
+def _rate(ended: Iterable[float], *, idle: bool) -> float:
+    """Systems per hour of the last finished systems, from their times; until now, unless nothing runs now."""
+    last = sorted(ended)[-_RECENT:]
+    seconds = (last[-1] if idle else time.time()) - last[0] if len(last) > 1 else 0.0
+    return 3600 * (len(last) - 1) / seconds if seconds > 0 else np.nan

@@ -142,7 +142,9 @@ def _made_of(sweep: Sweep) -> str:
 def _task(folder: Folder, sweep: Sweep, system: System) -> SystemTask:
     """The task of a listed system, whose input is checked when it is run."""
     plan = replace(system, source=sweep.base)
-    return SystemTask(folder.point(plan.key), plan.label, plan.cost, plan.memory, plan=plan, columns=sweep.columns)
+    return SystemTask(
+        folder.point(plan.key), plan.label, plan.cost, plan.memory, plan.kind, plan=plan, columns=sweep.columns
+    )
 
 
 def _with_growth(sweep: Sweep, folder: Folder, made_of: str = "") -> tuple[SweepListing, list[SystemTask]]:
@@ -221,11 +223,8 @@ def _listed(sweep: Sweep, folder: Folder, made_of: str) -> tuple[SweepListing, l
         if len(config.files) > 1:  # beside the input itself
             made_of = ""
         cost = cost_of(config)
-        nx, ny = config.grid.n
-        plan = replace(plan, cost=float(cost.fft_pairs) * nx * ny, memory=float(cost.memory))
-        tasks.append(
-            SystemTask(folder.point(plan.key), plan.label, plan.cost, plan.memory, plan=plan, columns=sweep.columns)
-        )
+        plan = replace(plan, cost=cost.work, memory=float(cost.memory))
+        tasks.append(_task(folder, sweep, plan))
     axes, search = sweep.axes, sweep.bisection
     if search is not None:
         axes += (Axis((search.key,), ((search.first,), (search.last,))),)
@@ -245,7 +244,9 @@ def _search_task(folder: Folder, search: Bisection, of: SweepSearch, columns: tu
     label = label_of({**lower.settings, search.key: f"{search.first:g} to {search.last:g}"})
     cost, memory = search.most * max(lower.cost, upper.cost), max(lower.memory, upper.memory)
     path = folder.search(of.name)
-    return SystemTask(path, label, cost, memory, plan=lower, bisection=search, upper=upper.key, columns=columns)
+    return SystemTask(
+        path, label, cost, memory, lower.kind, plan=lower, bisection=search, upper=upper.key, columns=columns
+    )
 
 
 def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[str]) -> list[str]:

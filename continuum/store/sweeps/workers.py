@@ -7,6 +7,7 @@ needs no ``if __name__ == "__main__"``.  It ends when the pipe is closed, even i
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import pickle
@@ -16,6 +17,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -24,7 +26,7 @@ from importlib.util import find_spec
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from continuum.inputs.arguments import ArgumentError, count
 from continuum.inputs.errors import InputError, StickinessError
@@ -160,7 +162,7 @@ def _answer(message: bytes) -> Message | None:
     except Exception as error:
         return Message(error=StickinessError(f"{type(error).__name__}: {error}"))
     try:
-        return None if task is None else Message(seconds=timed(*task))
+        return None if task is None else Message(took=timed(*task))
     except Exception as error:
         return Message(error=error)
 
@@ -179,12 +181,14 @@ class Task:
     label : its description.
     cost : cost in any unit; the longest tasks start first.
     memory : memory in bytes.
+    kind : of tasks of one kind the cost is comparable; the first ones of each kind start before the others.
     """
 
     path: Path
     label: str
     cost: float = 1.0
     memory: float = 0.0
+    kind: str = ""
 
 
 @dataclass(frozen=True)
@@ -198,6 +202,10 @@ class TaskResult:
     """Why it failed; empty if it did not."""
     error: Exception | None = None
     """What it raised, if it raised."""
+    first: bool = False
+    """Whether it was the first of its process, which loaded what it needs in that time."""
+    at_once: int = 1
+    """Number of tasks that ran when it ended, itself included."""
 
     @property
     def ok(self) -> bool:
@@ -228,7 +236,7 @@ class Message:
     """Finished share, from 0 to 1, of a running task."""
     text: str = ""
     """What the running task does."""
-    seconds: float = 0.0
+    took: Took | None = None
     """Time that a finished task took."""
     error: Exception | None = None
     """What it raised."""
@@ -255,9 +263,21 @@ def say(done: float, text: str = "") -> None:
         listener(Message(done, text))
 
 
-def timed(work: Job, task: Task) -> float:
-    """Run a task; returns the seconds that it took."""
-    began = time.perf_counter()
+class Took(NamedTuple):
+    """Time of a task."""
+
+    seconds: float
+    first: bool
+    """Whether it was the first of its process."""
+
+
+_begun = itertools.count()
+"""Number of tasks that this process has begun."""
+
+
+def timed(work: Job, task: Task) -> Took:
+    """Run a task; returns the time that it took."""
+    first, began = next(_begun) == 0, time.perf_counter()
     try:
         work(task)
     except Exception as error:
@@ -266,7 +286,7 @@ def timed(work: Job, task: Task) -> float:
         except Exception:  # an exception that cannot be sent to another process would break the pool
             raise StickinessError(f"{type(error).__name__}: {error}") from None
         raise
-    return time.perf_counter() - began
+    return Took(time.perf_counter() - began, first)
 
 
 def run_tasks(
@@ -303,7 +323,7 @@ def run_tasks(
             yield TaskResult(task, 0.0)
         else:
             todo.append(task)
-    todo.sort(key=lambda task: -task.cost)
+    todo = _in_order(todo, workers)
     if scheduler_file is not None:
         yield from _on_cluster(todo, work, scheduler_file)
         return
@@ -315,6 +335,20 @@ def run_tasks(
     for task in died:
         if (yield from _in_parallel([task], work, environments[:1], memory, meanwhile)):
             yield TaskResult(task, 0.0, DIED)
+
+
+def _in_order(tasks: Iterable[Task], workers: int) -> list[Task]:
+    """The longest first, after a few of each kind, one by one: more than those with which the processes begin."""
+    longest = sorted(tasks, key=lambda task: -task.cost)
+    kinds = Counter(task.kind for task in longest)
+    most = workers // max(len(kinds), 1) + 2
+    seen = Counter[str]()
+
+    def place(task: Task) -> int:
+        seen[task.kind] += 1
+        return min(seen[task.kind], most)
+
+    return sorted(longest, key=place)
 
 
 def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> None:
@@ -362,10 +396,10 @@ def _in_parallel(
                 free.append(worker)
                 if said.death:
                     died.append(task)
-                elif said.error is not None:
+                elif said.took is None:
                     yield TaskResult(task, 0.0, f"{type(said.error).__name__}: {said.error}", said.error)
                 else:
-                    yield TaskResult(task, said.seconds)
+                    yield TaskResult(task, said.took.seconds, first=said.took.first, at_once=len(busy) + 1)
     except BaseException:
         for worker in workers:  # all in parallel: each stores the finished points of its path
             worker.stop()
@@ -396,6 +430,7 @@ def _on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[
     except (OSError, TimeoutError, ValueError) as error:
         raise ClusterError(f"{scheduler_file}: no scheduler answers there ({error})") from error
     with cluster as client:
+        at_once = max(1, sum(client.nthreads().values()))
         futures = {
             client.submit(timed, work, task, pure=False, key=f"{task.path.name}-{i}", priority=-i, retries=0): task
             for i, task in enumerate(todo)
@@ -404,7 +439,8 @@ def _on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[
             task = futures.pop(future)
             failure = future.exception()
             if failure is None:
-                yield TaskResult(task, future.result())
+                took = future.result()
+                yield TaskResult(task, took.seconds, first=took.first, at_once=at_once)
             elif type(failure).__name__ == "KilledWorker":
                 yield TaskResult(task, 0.0, DIED)
             elif isinstance(failure, Exception):

@@ -29,10 +29,8 @@ from continuum.store.hdf5 import StoreError
 from continuum.store.runs import run
 from continuum.store.runs.build import build
 from continuum.store.runs.config import RunConfig
-from continuum.store.runs.cost import cost_of, pair_seconds
 from continuum.store.runs.result import Result
 from continuum.store.runs.run import follow_run
-from continuum.store.sweeps.axes import Sweep
 from tests.kinds import covering
 from tests.problems import SMALL
 from tests.stored import ENGINES, content, opens_in_xarray, same, stop_after
@@ -223,7 +221,7 @@ def test_the_command_runs_checks_and_draws(
     monkeypatch.chdir(tmp_path)
     assert main(["check", "small.toml"]) == 0
     out = capsys.readouterr().out
-    for words in ("24 x 30", "0.3464", "FFT pairs", "MiB"):
+    for words in ("24 x 30", "0.3464", "states of the path", "MiB"):
         assert words in out
     assert list(tmp_path.iterdir()) == [small]
     assert main(["run", "small.toml"]) == 0
@@ -314,38 +312,6 @@ def test_a_run_that_no_memory_holds_is_refused_before_it_starts(
     assert main(["run", str(small), "-o", str(small.parent / "out")]) == 2
     assert "GB" in capsys.readouterr().err
     assert list(small.parent.iterdir()) == [small]
-
-
-def sums_to(config: RunConfig, folder: Path) -> float:
-    """FFT pairs of a run over those that were expected."""
-    points = follow_run(config, folder / "result.h5", force=True).points
-    return sum(point.fft_pairs + point.search_pairs for point in points) / cost_of(config).fft_pairs
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("path", sorted(Path("inputs/sweep").glob("*.toml")), ids=lambda path: path.stem)
-def test_the_estimate_holds_for_the_systems_of_the_sweeps(path: Path, tmp_path: Path) -> None:
-    """Their sum over some systems of a reduced sweep; single ones beside an instability take more."""
-    # Every seventh system; of these a dozen where there are more, and no more than two minutes of a core.
-    configs = [config for _, config in list(Sweep.read(path, reduced=True).systems())[::7]]
-    np.random.default_rng(1).shuffle(configs)
-    costs = [cost_of(config) for config in configs[:12]]
-    work = np.cumsum([float(cost.fft_pairs) * cost.size for cost in costs])
-    expected = np.array([float(cost.fft_pairs) for cost in costs])[work - work[0] < 4e9]
-    ratios = [sums_to(config, tmp_path / str(i)) for i, config in enumerate(configs[: expected.size])]
-    assert expected.sum() / 2 < (expected * ratios).sum() < 2 * expected.sum()
-
-
-@pytest.mark.long
-def test_the_time_is_that_of_the_machine(tmp_path: Path) -> None:
-    """Core-seconds of one process, the transforms measured beside it."""
-    config = load("inputs/smoke/path.toml", RunConfig)
-    follow_run(config, tmp_path / "compiled.h5")
-    began = time.process_time()
-    follow_run(config, tmp_path / "result.h5")
-    seconds = time.process_time() - began
-    expected = cost_of(config).seconds(pair_seconds(config.grid.build()))
-    assert expected / 2 < seconds < 2 * expected
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,6 @@ from continuum.front.cli import main
 from continuum.inputs.errors import InputError, OutputError
 from continuum.inputs.reading import InputFile
 from continuum.inputs.toml import ConfigError
-from continuum.store.runs.cost import cost_of
 from continuum.store.runs.result import Result
 from continuum.store.sweeps import crossings
 from continuum.store.sweeps.axes import Sweep
@@ -136,12 +135,7 @@ def test_a_search_goes_on_past_a_jump_whose_sides_are_on_one_side_of_the_value(t
     solved(across, root)
     status, table = c.sweep_status(root), collect(root)
     assert "a jump across the value" in status.crossings[0].status
-    assert (status.total, status.done, status.left, status.seconds_left) == (
-        1,
-        1,
-        0,
-        pytest.approx(np.nan, nan_ok=True),
-    )
+    assert (status.total, status.done, status.left, status.seconds_left) == (1, 1, 0, 0.0)
     assert (table.missing, len(table.keys)) == (0, 1)
     assert main(["sweep", "status", str(root), "--watch", "60"]) == 0
 
@@ -192,9 +186,7 @@ def test_check_counts_what_searches_take_at_most(tmp_path: Path) -> None:
     path = described(tmp_path)
     rows = {row[0]: row[1] for row in c.check(path).sheet.rows}
     assert (rows["searches"], rows["systems"]) == ("2", "10")
-    costs = [cost_of(config).fft_pairs for _, config in Sweep.read(path).systems()]
-    assert len(costs) == 4
-    assert int(rows["cost, about"]) == sum(costs) + 3 * (max(costs[:2]) + max(costs[2:]))
+    assert rows["states of their paths"] == "10"
     assert sorted(tmp_path.iterdir()) == [path]
 
 

@@ -34,7 +34,6 @@ from continuum.solve.backend import back_end
 from continuum.store import datasets as store
 from continuum.store.hdf5 import UnreadError
 from continuum.store.runs.config import RunConfig, expand_range
-from continuum.store.runs.cost import cost_of
 from continuum.store.sweeps import axes
 from continuum.store.sweeps import sweep as sweeping
 from continuum.store.sweeps.axes import Sweep, label_of
@@ -174,16 +173,16 @@ def test_a_table_can_be_an_axis_and_is_set_as_a_whole(tmp_path: Path, capsys: py
     assert "axes that are apart: wall holds wall.law" in capsys.readouterr().err
 
 
-def test_check_sums_the_cost_of_all_systems_before_any_is_run(
+def test_check_counts_the_states_of_all_systems_before_any_is_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = described(tmp_path, SEEDS + '[sweep.reduced]\n"surface.seed" = [1, 2]\n')
-    one = cost_of(next(Sweep.read(path).systems())[1])
+    one = next(Sweep.read(path).systems())[1].loading.points
     for options, systems in ((), 3), (("--reduced",), 2), (("--set", "surface.seed=[4]"), 1):
         assert main(["check", str(path), *options]) == 0
         shown = {line[:36].strip(): line[36:].split() for line in capsys.readouterr().out.splitlines() if line[36:]}
         assert shown["systems"] == [str(systems)]
-        assert shown["cost, about"] == [str(systems * one.fft_pairs), "FFT", "pairs"]
+        assert shown["states of their paths"] == [str(systems * one)]
     assert sorted(tmp_path.iterdir()) == [path]
     assert main(["check", str(path), "--set", "surface.seed=[-4]"]) == 2
     assert "surface.seed = -4" in capsys.readouterr().err
