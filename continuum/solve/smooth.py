@@ -120,7 +120,7 @@ def _solve(
         tolerance, iterations = tolerance * factors[depth - 1], min(iterations, COARSE_LIMIT)
     goal = Goal(tolerance, closer)
     coarse = grid.coarser if depth < (settings.warm_grids if started else len(COARSE_TOLERANCES)) else None
-    descend = partial(_descend, grid, levels, settings.shift, goal, boxes=not (depth and started))
+    descend = partial(_descend, grid, levels, settings.shift, goal, depth=depth, boxes=not (depth and started))
     if started:
         grid.go_to_start()
         tiled = grid.has_tiles()
@@ -183,6 +183,7 @@ def _descend(
     iterations: int,
     history: list[Iteration],
     *,
+    depth: int,
     complete: bool = False,
     boxes: bool = True,
 ) -> Status:
@@ -190,8 +191,8 @@ def _descend(
 
     Without ``boxes`` it is only a start that is looked for, and may stall.
     """
-    own = bool(iterations) and grid.contact is not None and contact.pays(grid.contact)
-    steps = ContactSteps(grid) if own else _LongSteps(grid, levels, shift)
+    own = bool(iterations) and grid.contact is not None and contact.pays(grid.contact, depth)
+    steps = ContactSteps(grid.contact, depth) if own and grid.contact else _LongSteps(grid, levels, shift)
     line, step, energy = Line(), Step(), 0.0
     first = moved = since = len(history)
     carried = 0

@@ -118,9 +118,15 @@ def test_a_soft_wall_and_a_mean_that_is_free_are_left_to_coarser_grids(monkeypat
 
 
 @pytest.mark.parametrize(
-    ("share", "stiffness", "made"), [(0.05, 2.0, True), (0.0, 0.0, False), (0.2, 2.0, False), (0.05, 1.0, False)]
-)
-def test_it_is_made_for_little_contact_with_a_stiff_wall(share: float, stiffness: float, made: bool) -> None:
+    ("share", "stiffness", "depth", "made"),
+    [
+        (0.05, 2.0, 0, True), (0.0, 0.0, 0, False), (0.2, 2.0, 0, False), (0.05, 1.0, 0, False),
+        (0.05, 4.0, 1, True), (0.05, 2.0, 1, False),
+    ],
+)  # fmt: skip
+def test_it_is_made_for_little_contact_with_a_wall_that_is_stiff_for_the_finest_grid(
+    share: float, stiffness: float, depth: int, made: bool
+) -> None:
     class Found(NumPyContact):
         def __init__(self) -> None:
             pass
@@ -128,7 +134,7 @@ def test_it_is_made_for_little_contact_with_a_stiff_wall(share: float, stiffness
         def find(self, stiff: float, felt: float) -> tuple[float, float]:
             return share, stiffness
 
-    assert contact.pays(Found()) is made
+    assert contact.pays(Found(), depth) is made
 
 
 def test_steps_that_stall_end() -> None:
