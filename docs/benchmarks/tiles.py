@@ -42,8 +42,9 @@ class State(NamedTuple):
         surface = rough(self.n, 1, self.adhesion_length, self.lambda_s)
         if self.wall == "law":
             return surface.problem()
-        core = c.attraction_on_core("exponential", self.adhesion_length, 0.8, 5.0)
-        return surface.problem(c.HardWall() if self.wall == "hard" else core)
+        if self.wall == "hard":
+            return surface.problem(c.HardWall())
+        return surface.problem(c.attraction_on_core("exponential", self.adhesion_length, 0.8, 5.0))
 
 
 STATES = tuple(
