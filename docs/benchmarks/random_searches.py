@@ -37,6 +37,10 @@ HARD = ((128, 4.0), (128, 16.0), (256, 4.0), (256, 16.0), (512, 4.0), (512, 16.0
 """Points a side and λ_s of hard walls, whose numbers follow: 99 % of the area, H = 0.8, h'rms = 0.1."""
 
 
+DEARER = 1.1
+"""Pairs of a search over those of before, beyond which a system is named."""
+
+
 def system(number: int) -> tuple[dict[str, Any], ContactProblem]:
     """The system of a number: what it is, in words, and the contact."""
     rng = np.random.default_rng([61, number])
@@ -136,6 +140,25 @@ def table(files: dict[str, Path]) -> str:
         hard = [float(row["pairs"]) for row in rows[COUNT:]]
         lines.append(f"| {name} | {of[0]} | {of[1]} | {min(hard):.0f} to {max(hard):.0f} |")
     return "\n".join(lines)
+
+
+def dearer(before: Path, after: Path) -> str:
+    """The systems whose search takes more than :data:`DEARER` times the pairs of before, the worst ratio first."""
+    both = zip(*(csv.DictReader(file.read_text().splitlines()) for file in (before, after)), strict=True)
+    ratios = [(float(one["pairs"]) / float(other["pairs"]), one, other) for other, one in both]
+    dear = sorted((each for each in ratios if each[0] > DEARER), key=lambda each: -each[0])
+    lines = ["| number | points | wall | area | pairs: three searches, one | ratio | one over its last solve |"]
+    lines.append("| --- | --- | --- | --- | --- | --- | --- |")
+    for ratio, row, old in dear:
+        wall = row["wall"] + (f", l_a {float(row['work']):.2g}" if float(row["work"]) else "")
+        wall += ", not periodic" if int(row["open"]) else ""
+        area = f"{100 * float(row['area']):g} %" + (", jumped over" if row["status"] == "JUMPED_OVER" else "")
+        pairs, last = float(row["pairs"]), float(row["last"])
+        lines.append(
+            f"| {row['number']} | {row['points']} | {wall} | {area} | {float(old['pairs']):.0f}, {pairs:.0f} "
+            f"| {ratio:.2f} | {pairs / last:.1f} |"
+        )
+    return "\n".join([*lines, "", f"The other {len(ratios) - len(dear)} take at most {DEARER:g} times the pairs."])
 
 
 def main() -> None:

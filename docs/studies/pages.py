@@ -383,6 +383,9 @@ MADE: dict[str, Callable[[], str]] = {
     "searches.random": lambda: random_searches.table(
         {"three searches": MEASURED / "random-searches-before.csv", "one search": MEASURED / "random-searches.csv"}
     ),
+    "searches.dearer": lambda: random_searches.dearer(
+        MEASURED / "random-searches-before.csv", MEASURED / "random-searches.csv"
+    ),
     "claims": lambda: "\n".join(claims.lines()),
     "law.values": law.values,
     "law.count": lambda: str(len(_largest())),
