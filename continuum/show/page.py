@@ -14,6 +14,8 @@ from continuum.store.sheet import Sheet
 PIXELS = 2
 """Pixels of a picture per point of the screen, so that a figure of the width of a printed page is as wide as the
 text."""
+_WIDE = 640
+"""Width of a picture of several panels, in points of the screen, which no narrow screen shows legibly."""
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 div.sheet { overflow-x: auto; }
@@ -23,10 +25,13 @@ th { border-bottom: 2px solid #888; }
 h1 { font-size: 1.4rem; } h2 { font-size: 1.05rem; margin: 1.4rem 0 0; }
 img { max-width: 100%; height: auto; }
 pre { font-size: 12px; background: #f6f6f6; padding: 1em; overflow-x: auto; }
+p.answer { font-size: 2.6rem; line-height: 1.1; font-weight: 700; margin: 0 0 0.5rem; padding: 0.1em 0.3em; color: #fff;
+  print-color-adjust: exact; }
+svg { width: min(100%, 40rem); print-color-adjust: exact; }
 p.verdict { font-size: 1.1rem; padding: 0.6rem 0.9rem; background: #eef3f7; }
 p.note, figcaption { font-size: 13px; color: #555; white-space: pre-line; }
 figure { margin: 1rem 0; overflow-x: auto; }
-@media (max-width: 40rem) { figure img { max-width: none; width: 44rem; } }
+@media (max-width: 40rem) { figure img.wide { max-width: none; width: 44rem; } }
 footer { color: #666; font-size: 12px; margin-top: 2rem; }
 @media print {
   body { margin: 0; max-width: none; font-size: 10pt; } table { font-size: 8pt; }
@@ -51,6 +56,7 @@ class Page:
     sources : references, at its foot.
     files : files beside the page with their descriptions, to which the page links.
     answers : sentences that follow the verdict, one a line.
+    answer : the verdict in a word, its colour, and an SVG that shows it; None to begin with the sentence.
     """
 
     title: str
@@ -62,6 +68,7 @@ class Page:
     sources: str = field(default="")
     files: Sequence[tuple[str, str]] = ()
     answers: Sequence[str] = ()
+    answer: tuple[str, str, str] | None = None
 
     def html(self) -> str:
         """The page; figures are read now."""
@@ -77,7 +84,11 @@ class Page:
         yield f'<meta name="generator" content="{output.MARK.decode()}">'
         yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
         yield f"<title>{title}</title><style>{_STYLE}</style></head><body>"
-        yield f'<h1>{title}</h1>\n<p class="verdict">{html.escape(self.verdict)}</p>'
+        yield f"<h1>{title}</h1>"
+        if self.answer is not None:
+            word, colour, drawing = self.answer
+            yield f'<p class="answer" style="background: {colour}">{html.escape(word)}</p>{drawing}'
+        yield f'<p class="verdict">{html.escape(self.verdict)}</p>'
         yield from (f"<p>{html.escape(text)}</p>" for text in self.answers)
         if self.warnings:
             items = "".join(f"<li>{html.escape(text)}</li>" for text in self.warnings)
@@ -104,4 +115,5 @@ def picture(png: bytes, instead: str) -> str:
     """A picture as part of a page, with alternative text; letters have the same size in all pictures."""
     data = base64.b64encode(png).decode("ascii")
     width = int.from_bytes(png[16:20], "big") // PIXELS  # in points of the screen, from the header of the PNG
-    return f'<img alt="{html.escape(instead)}" width="{width}" src="data:image/png;base64,{data}">'
+    kind = ' class="wide"' if width > _WIDE else ""  # on a narrow screen it is shown whole, and scrolls
+    return f'<img{kind} alt="{html.escape(instead)}" width="{width}" src="data:image/png;base64,{data}">'

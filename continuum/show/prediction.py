@@ -16,6 +16,7 @@ from continuum.show.answer import HOW, force, length, per_area, per_cent, pressu
 from continuum.show.page import Page
 from continuum.show.prediction_data import areal, load_works
 from continuum.show.prediction_figures import fault_figure, load_figure, overview
+from continuum.show.verdict_axis import COLOURS, verdict_axis
 from continuum.store.sheet import Column, Entry, Sheet, pairs
 from continuum.theory import paper
 
@@ -234,7 +235,7 @@ def write_prediction(prediction: PredictionNumbers, folder: Path, name: str) -> 
         (plot.save_figure(figure, folder / stem, usual=(), page=True), caption)
         for stem, (figure, caption) in figures.items()
     ]
-    answer, *more = statements(prediction)
+    (answer, *more), word = statements(prediction), prediction.verdict.answer
     remarks = [Sheet.of("Remarks", ("",), [(text,) for text in prediction.doubts])] if prediction.doubts else []
     page = Page(
         "Is it sticky?  " + " and ".join(t.source for t in prediction.topographies),
@@ -245,5 +246,6 @@ def write_prediction(prediction: PredictionNumbers, folder: Path, name: str) -> 
         sources="Contact and theories: L. Pastewka and M. O. Robbins, PNAS 111, 3298 (2014), and the sources in the "
         "tables.",
         answers=[f"{line}." for line in more],
+        answer=(word.capitalize(), COLOURS[word], verdict_axis(prediction)),
     )
     return [page.write(folder / f"{name}.html"), *(path for path, _ in drawn)]

@@ -20,6 +20,7 @@ from continuum.inputs.errors import InputError
 from continuum.maps.verdict.tables import OPTIONS
 from continuum.maps.verdict.threshold import Basis, MapThreshold
 from continuum.show.answer import statements
+from continuum.show.verdict_axis import COLOURS, verdict_axis
 from continuum.store.sweeps.workers import Task, Worker, say
 from continuum.view.seen import prepared_once
 from continuum.view.states import OpenedResults, is_stored
@@ -204,7 +205,7 @@ def arguments(asked: Mapping[str, str]) -> dict[str, Any]:
 
 
 def answer_of(found: Prediction) -> dict[str, Any]:
-    """The answer of a prediction: its statements but that of faults, row, curves, remarks, and values of sliders."""
+    """The answer of a prediction: verdict, statements but that of faults, row, curves, remarks, values of sliders."""
     contact, pixels = found.contact, found.topographies[0].grid.spacing
     shown = {
         "work": units.readable(contact.work_of_adhesion, "energy_per_area", 3),
@@ -215,9 +216,11 @@ def answer_of(found: Prediction) -> dict[str, Any]:
     # Without a pressure the slider begins at that of the pull-off stress.
     if (pressure := found.pressure or (found.adhesion and -found.adhesion.pull_off.pressure)) and pressure > 0:
         shown["pressure"] = units.readable(pressure, "pressure", 3)
+    answer = found.verdict.answer
     said = [f"{line}.".replace("--solve", "“Solve the contact”") for line in statements(found)]
     data = json.loads(found.json())
     return {
+        "verdict": answer.capitalize(), "colour": COLOURS[answer], "axis": verdict_axis(found),
         "statements": [line for line in said if not line.startswith(_FAULTS)],
         "row": data["row"], "curve": data["curve"], "adhesion": data["adhesion"], "doubts": data["warnings"],
         "values": {name: text.replace(" ", "").replace("²", "2").replace("µ", "u") for name, text in shown.items()},

@@ -5,6 +5,7 @@ let middle = {}; // the values at which the sliders began, each a number and its
 let asking = new AbortController(); // ends what was asked before
 let later = null, clock = null;
 let entered = {}; // what was entered for the map before
+const sliders = document.querySelectorAll("input[data-for]"); // two of w and of the pressure: one is beside the curve
 let layers = { map: [], solved: [] }, lacks = [], names = known.opened;
 
 for (const name of known.materials) $("materials").append(new Option(name));
@@ -40,12 +41,12 @@ function progress(words) {
   say();
 }
 
-// A fault of the form is said, and its fields are marked.
-function fail(error) {
-  for (const id of ["verdict", "answer", "remarks", "same"]) $(id).hidden = true;
+// A fault of the form is said, and its fields are marked; what was answered before stays only if it still holds.
+function fail(error, holds = false) {
+  if (!holds) for (const id of ["verdict", "answer", "remarks", "same", "loads"]) $(id).hidden = true;
   $("error").hidden = false;
   $("error").textContent = error.message;
-  progress("");
+  if (!holds) progress("");
   for (const input of form.elements) input.classList.toggle("asked", Boolean(input.name) && error.message.includes(`\`${input.name}\``));
 }
 
@@ -103,23 +104,6 @@ function showMap(said) {
   showFaults({ faults: [], layers: [] });
 }
 
-// w and its threshold, with what is not known of it, on one axis; in mJ/m².
-function drawWorks(row) {
-  const [work, found, low, high] = ["work_of_adhesion_J/m2", "w_c_J/m2", "w_c low_J/m2", "w_c high_J/m2"].map((name) => row[name] && 1e3 * row[name]);
-  if (!work || !found) return $("works").replaceChildren();
-  const ends = [Math.min(work, low || found, found) / 2, Math.max(work, high || found, found) * 2], svg = make("svg", { viewBox: "0 0 480 96", role: "img" });
-  const at = (value) => 20 + Math.log(Math.min(ends[1], Math.max(ends[0], value)) / ends[0]) / Math.log(ends[1] / ends[0]) * 440;
-  const [from, to] = [at(low || ends[0]), at(high || ends[1])], near = Math.abs(at(work) - at(found)) < 90;
-  svg.setAttribute("aria-label", `w = ${text(work, 3)}, w_c = ${text(found, 3)} mJ/m²`);
-  svg.append(make("rect", { x: 20, y: 40, width: from - 20, height: 16, class: "not" }), make("rect", { x: from, y: 40, width: Math.max(to - from, 1), height: 16, class: "undecided" }),
-    make("rect", { x: to, y: 40, width: 460 - to, height: 16, class: "sticky" }), make("line", { x1: at(found), x2: at(found), y1: 34, y2: 62, class: "threshold" }),
-    make("text", { x: at(found), y: near ? 14 : 28, "text-anchor": "middle" }, `w_c ${text(found, 3)}`),
-    make("path", { d: `M${at(work)} 48l-7 -14h14z`, class: "here" }), make("text", { x: at(work), y: 28, "text-anchor": "middle", class: "here" }, `w ${text(work, 3)}`));
-  for (const value of ticks(ends, true)) svg.append(make("text", { x: at(value), y: 74, "text-anchor": "middle" }, text(value)));
-  svg.append(make("text", { x: 240, y: 92, "text-anchor": "middle" }, "work of adhesion (mJ/m²): not sticky, undecided, sticky"));
-  $("works").replaceChildren(svg);
-}
-
 function drawRanges({ row, curve }) {
   $("ranges").replaceChildren();
   const points = (curve || []).filter(({ work }) => work).map((one) => [1e9 * one.range, 1e3 * one.work, 1e3 * (one.low || 0), one.high === null ? Infinity : 1e3 * one.high]);
@@ -135,33 +119,35 @@ function drawRanges({ row, curve }) {
 
 // Mean pressure against the contact area: with w and the error of w_c, at the threshold, and without adhesion; in MPa.
 function drawLoads({ row, adhesion }) {
-  $("loads").replaceChildren();
+  $("loads").hidden = !adhesion;
+  $("curve").replaceChildren();
   if (!adhesion) return;
+  const loaded = row["area at the load"], gap = row["mean gap at the load_m"];
+  if (loaded) say($("load"), `${text(row.pressure_Pa / 1e6, 3)} MPa: ${text(100 * loaded, 3)} % touch at a mean gap of ${text(gap / unitOf(gap)[0], 3)} ${unitOf(gap)[1]}`);
   const areas = adhesion.area.map((area) => 100 * area), loads = Object.fromEntries(Object.entries(adhesion.pressure_Pa).map(([name, all]) => [name, all.map((one) => one / 1e6)]));
   const points = (name) => areas.map((area, i) => [area, loads[name][i]]), seen = loads.none[Math.max(0, areas.findLastIndex((area) => area <= 3))];
   const most = Math.max(seen, 2e-6 * row["pull-off stress_Pa"], 1.5e-6 * (row.pressure_Pa || 0)), dots = [];
   for (const [name, load] of [["area at pull-off", -row["pull-off stress_Pa"]], ["area without load", 0], ["area at the load", row.pressure_Pa]])
     if (row[name] && 100 * row[name] >= areas[0]) dots.push([100 * row[name], load / 1e6, { class: "here", r: 5 }]);
-  drawCurves($("loads"), {
+  drawCurves($("curve"), {
     title: "mean pressure against the contact area", curves: ["w", "w_c", "none"].map(points), dots,
     band: areas.map((area, i) => [area, loads["w low"][i], loads["w high"][i]]),
     x: { ends: [areas[0], areas.at(-1)], log: true, label: "contact area (%)" },
     y: { ends: [1.3 * Math.min(-0.1 * most, ...loads["w high"]), most], label: "mean pressure (MPa)" },
   });
-  $("loads").append(element("p", { className: "key", textContent: "line: this w, shaded: its error, dashed: w_c, dotted: without adhesion; dots: pull-off, no load, your pressure" }));
 }
 
 function showAnswer(said) {
-  const [first, ...rest] = said.statements, measured = said.row["w_c as measured_J/m2"], { verdict } = said.row;
+  const [first, ...rest] = said.statements, measured = said.row["w_c as measured_J/m2"];
   $("error").hidden = true;
   $("verdict").hidden = $("answer").hidden = false;
-  $("verdict").textContent = verdict[0].toUpperCase() + verdict.slice(1);
-  $("verdict").className = verdict.split(" ")[0];
+  $("verdict").textContent = said.verdict;
+  $("verdict").style.background = said.colour;
+  $("works").innerHTML = said.axis; // drawn by the program, of numbers alone
   $("statements").replaceChildren(...[first, ...rest].map((line) => element("p", { textContent: line })));
   $("measured").textContent = measured ? `The answer is that of the map with its faults corrected; as measured w_c = ${text(1e3 * measured, 3)} mJ/m².` : "";
   $("doubts").replaceChildren(...said.doubts.map((line) => element("li", { textContent: line })));
   $("remarks").hidden = !said.doubts.length;
-  drawWorks(said.row);
   drawRanges(said);
   drawLoads(said);
   for (const input of form.elements) input.classList.remove("asked");
@@ -198,17 +184,20 @@ async function ask(path = "/predict", look = true) {
 }
 
 function take(said, first) {
-  showAnswer(said);
   $("answer").classList.remove("old");
   progress("");
   $("command").textContent = said.command;
   $("solve").disabled = $("all").disabled = $("same").hidden = false;
-  if (!first) return;
-  middle = said.values;
-  for (const slider of document.querySelectorAll("input[data-for]")) {
-    slider.value = 0;
-    slider.disabled = !split(middle[slider.dataset.for] || "");
+  if (first) {
+    middle = said.values;
+    for (const slider of sliders) {
+      slider.value = 0;
+      slider.disabled = !split(middle[slider.dataset.for] || "");
+      say(slider, middle[slider.dataset.for] || "");
+    }
   }
+  showAnswer(said);
+  if (first) $("verdict").scrollIntoView({ block: "nearest" });
 }
 
 function showReport(html) {
@@ -218,6 +207,7 @@ function showReport(html) {
   $("report").hidden = $("save").hidden = false;
 }
 
+const say = (slider, words) => { const place = slider.parentElement.querySelector("output"); if (place) place.textContent = words; };
 const split = (words) => { const found = /^([0-9.eE+-]+)(.*)$/.exec(words); return found && [Number(found[1]), found[2]]; };
 
 // Another map has nothing of the one before, not its size, not its bodies, unless that is asked for.
@@ -226,8 +216,10 @@ function forget() {
   if (before.length) entered = Object.fromEntries(before);
   form.reset();
   middle = {};
-  for (const slider of document.querySelectorAll("input[data-for]")) slider.disabled = true;
-  for (const id of ["verdict", "answer", "remarks", "same", "seen"]) $(id).hidden = true;
+  asking.abort();
+  progress("");
+  for (const slider of sliders) slider.disabled = true;
+  for (const id of ["verdict", "answer", "remarks", "same", "seen", "stop"]) $(id).hidden = true;
   $("solve").disabled = true;
   $("again").hidden = !Object.keys(entered).length;
 }
@@ -240,21 +232,24 @@ function fill(values) {
   }
 }
 
-// The first file takes the place of what is open, unless it is added; others are added to it.
+// The first file takes the place of what is open, unless it is added; others are added to it.  Until a file has been
+// read, and if it cannot be, the map that is open keeps its name, its answer and its buttons.
 async function open(files, beside = false) {
-  if (!files.length) return;
-  $("answer").classList.add("old");
+  let taken = 0, fault = null;
   try {
     for (const [i, file] of files.entries()) {
-      $("name").textContent = `reading ${file.name}`;
+      $("reading").textContent = `reading ${file.name}`;
       const said = await talk("/map", file, "PUT", { "X-Name": encodeURIComponent(file.name), ...(beside || i ? { "X-Beside": "1" } : {}) });
       if (said.states) { location = "/states"; return; }
       if (!beside && !i) forget();
       names = said.opened;
+      showNames();
+      taken += 1;
     }
-    showNames();
-    await ask();
-  } catch (error) { $("name").textContent = "Drop a height map, or a stored run, here"; fail(error); }
+  } catch (error) { fault = error; }
+  $("reading").textContent = "";
+  if (taken) await ask();
+  if (fault) fail(fault, true);
 }
 
 function showNames() {
@@ -264,8 +259,8 @@ function showNames() {
 
 const button = (id, work) => $(id).addEventListener("click", async () => { try { await work(); } catch (error) { fail(error); } });
 form.addEventListener("submit", (event) => { event.preventDefault(); ask(); });
-form.addEventListener("input", (event) => {
-  const slider = event.target, name = slider.dataset.for;
+document.addEventListener("input", ({ target: slider }) => {
+  const name = slider.dataset.for;
   if (!name) return;
   const [value, unit] = split(middle[name]);
   if (name === "contact_modulus") {
@@ -275,6 +270,7 @@ form.addEventListener("input", (event) => {
   }
   if (name === "pressure") form.elements.load.value = "";
   form.elements[name].value = `${Number((value * 10 ** slider.value).toPrecision(3))}${unit}`;
+  for (const other of sliders) if (other.dataset.for === name) { other.value = slider.value; say(other, form.elements[name].value); }
   clearTimeout(later);
   later = setTimeout(() => ask("/predict", name === "cutoff"), 150);
 });

@@ -80,8 +80,8 @@ def pictured(browser: webdriver.Chrome, name: str) -> None:
         browser.save_screenshot(str(Path(PICTURES) / f"{name}.png"))
 
 
-def slide(browser: webdriver.Chrome, name: str, value: float) -> None:
-    slider = browser.find_element(By.CSS_SELECTOR, f"input[data-for={name}]")
+def slide(browser: webdriver.Chrome, name: str, value: float, where: str = "#form ") -> None:
+    slider = browser.find_element(By.CSS_SELECTOR, f"{where}input[data-for={name}]")
     script = "arguments[0].value = arguments[1]; arguments[0].dispatchEvent(new Event('input', {bubbles: true}))"
     browser.execute_script(script, slider, value)
 
@@ -132,6 +132,19 @@ def test_each_button_does_what_it_says(browser: webdriver.Chrome, address: str, 
     slide(browser, "work", 1)
     until(browser, lambda: "--work 10mJ/m2" in text(browser, "command"))
     until(browser, lambda: not shown(browser, "stop"))
+    # Beside the curve are sliders of w and of the pressure, too: both of one quantity move together.
+    slide(browser, "work", 0.9, "#loads ")
+    until(browser, lambda: "--work 7.94mJ/m2" in text(browser, "command"))
+    assert {one.get_attribute("value") for one in browser.find_elements(By.CSS_SELECTOR, "[data-for=work]")} == {"0.9"}
+    slide(browser, "pressure", -0.3, "#loads ")
+    until(browser, lambda: "touch at a mean gap" in text(browser, "loads"))
+    until(browser, lambda: not shown(browser, "stop"))
+    # A file that cannot be read leaves the map as it is.
+    (place / "contact.toml").write_text("maps = []")
+    browser.find_element(By.ID, "file").send_keys(str(place / "contact.toml"))
+    until(browser, lambda: "names files of this machine" in text(browser, "error"))
+    assert text(browser, "name") == "one.txt"
+    assert shown(browser, "verdict")
     click(browser, "solve")
     until(browser, lambda: "by a search with adhesion" in text(browser, "statements"))
     until(browser, lambda: "--solve" in text(browser, "command"))
@@ -144,6 +157,9 @@ def test_each_button_does_what_it_says(browser: webdriver.Chrome, address: str, 
     until(browser, lambda: shown(browser, "save"))
     click(browser, "save")
     until(browser, (browser.saved / "prediction.html").is_file)
+    answered = browser.find_element(By.ID, "works").get_attribute("innerHTML")
+    assert f">{text(browser, 'verdict')}</p><svg" in (browser.saved / "prediction.html").read_text(encoding="utf-8")
+    assert "undecided" in answered
     (browser.saved / "prediction.html").unlink()
 
     # The next map has nothing of the one before, unless that is asked for.

@@ -30,6 +30,7 @@ from continuum.model.walls import LennardJonesSpline
 from continuum.show.answer import _range_and_heights, statements, times
 from continuum.show.prediction_data import row
 from continuum.show.prediction_figures import overview
+from continuum.show.verdict_axis import verdict_axis
 
 NANO = 1e-9
 INTERFACE = Interface(1e9, 0.05, 0.5 * NANO, 0.3 * NANO, probe=1e-5)
@@ -146,6 +147,20 @@ KINDS: dict[str, Callable[[], Prediction]] = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_the_work_of_adhesion_stands_in_the_part_of_the_axis_of_its_answer(kind: str) -> None:
+    found = KINDS[kind]()
+    axis, threshold, work = verdict_axis(found), found.threshold, found.contact.work_of_adhesion
+    if threshold is None or not np.isfinite(threshold.work):
+        assert axis == ""
+        return
+    bars = [[float(n) for n in bar] for bar in re.findall(r'<rect x="([\d.]+)" y="40" width="([\d.]+)"', axis)]
+    mark = re.search(r'd="M([\d.]+) 48l', axis)
+    assert mark is not None
+    left, width = bars[[False, None, True].index(threshold.sticky(work))]
+    assert left - 0.1 <= float(mark[1]) <= left + width + 0.1  # a tenth is the last digit that is written
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_answer_is_short_and_the_tables_and_the_files_agree(kind: str) -> None:
     found = KINDS[kind]()
     lines = statements(found)
@@ -210,6 +225,7 @@ def test_ten_lines_and_a_page_that_begins_with_the_answer(
     assert lines[-2].endswith("map-predict.html")
     page = (tmp_path / "map-predict.html").read_text()
     assert re.findall(r'<p class="verdict">(.*?)</p>', page) == [lines[0]]
+    assert re.search(r'<p class="answer" style="background: #\w{6}">[A-Z][a-z ]+</p><svg', page)
     assert "Hann" not in "".join(lines)
     monkeypatch.setattr(Prediction, "write", lambda *_: [tmp_path / "map-predict.html"])
     assert continuum.front.cli.main(["-v", *words]) == 0
