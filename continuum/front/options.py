@@ -3,6 +3,8 @@
 What this module imports is light, so that ``--help`` comes at once.
 """
 
+import atexit
+import gc
 import inspect
 import os
 import re
@@ -119,6 +121,8 @@ def program(
 def run_program(app: App, arguments: Sequence[str] | None) -> int:
     """Run a command of a program; returns its exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if arguments is None:  # started as a program, whose end need not look for cycles: half a second after numba
+        atexit.register(gc.freeze)
     while words and any(words[0] in (voice.name or ()) for voice in VOICES.values()):  # they may stand anywhere
         words.append(words.pop(0))
     words = _with_lone_dashes(words)
@@ -156,7 +160,7 @@ def _with_lone_dashes(words: Sequence[str]) -> list[str]:
 
 
 def _check_environment() -> None:
-    """Check the environment variables on which a library would end in a traceback when it is imported.
+    """Check the environment variables on which a library would end in a traceback when it is imported; set BLAS' own.
 
     matplotlib does so if MPLBACKEND names an unknown back end, or the user's matplotlibrc cannot be read; commands draw
     into files, in a style of their own, so that both are left out.  Without a home it would write its list of fonts
@@ -166,6 +170,9 @@ def _check_environment() -> None:
     nothing overrules, if it cannot be read.
     """
     os.environ |= {"MPLBACKEND": "agg", "MATPLOTLIBRC": os.devnull}
+    # Matrices are small here: threads of BLAS would only wait for one another, a second for the moduli of crystals.
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
     if "MPLCONFIGDIR" not in os.environ and not caches.at_home() and (folder := caches.folder_for("matplotlib")):
         os.environ["MPLCONFIGDIR"] = str(folder)
     here = Path("matplotlibrc")

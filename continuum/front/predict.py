@@ -19,7 +19,7 @@ from continuum.maps.verdict.materials import InterfaceError, read_interface
 from continuum.maps.verdict.prediction import PredictionNumbers, prediction_of
 from continuum.maps.verdict.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.show.answer import statements
-from continuum.show.prediction import prediction_sheets, write_prediction
+from continuum.show.prediction import prediction_sheets
 from continuum.show.prediction_data import as_json, row
 from continuum.solve.solution import MOST_THREADS
 from continuum.store.sheet import Sheet
@@ -56,6 +56,8 @@ class Prediction(PredictionNumbers):
         OutputError
             If they cannot be written there.
         """
+        from continuum.show.prediction_page import write_prediction  # draws, for which the answer need not wait
+
         return write_prediction(self, Path(folder), name)
 
     def _repr_html_(self) -> str:

@@ -11,7 +11,7 @@ from continuum.maps.quantities import PER_MAP
 from continuum.maps.verdict.materials import InterfaceError, read_interface
 from continuum.maps.verdict.study import Scan, Spot, StudyNumbers, ranked, scans
 from continuum.maps.verdict.tables import OPTIONS, InterfaceTable
-from continuum.show.study import study_sheets, write_study
+from continuum.show.study import study_sheets
 from continuum.store.sheet import Sheet, Shown
 
 _KNOWN = (frozenset(OPTIONS) - {"join"}) | {"solve", "threads"}
@@ -32,6 +32,8 @@ class Study(StudyNumbers, Shown):
         OutputError
             If they cannot be written there.
         """
+        from continuum.show.study_page import write_study  # draws
+
         return write_study(self, Path(folder), name)
 
 

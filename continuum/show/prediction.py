@@ -1,7 +1,6 @@
-"""The answer of a prediction in a sentence, in sheets, and on a page."""
+"""All results of a prediction as sheets."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
@@ -11,12 +10,8 @@ from continuum.maps.verdict.prediction import PredictionNumbers
 from continuum.maps.verdict.probe import ProbePullOff
 from continuum.maps.verdict.threshold import MapThreshold
 from continuum.model.surface import Moments
-from continuum.show import plot
-from continuum.show.answer import HOW, force, length, per_area, per_cent, pressure, statements
-from continuum.show.page import Page
+from continuum.show.answer import HOW, force, length, per_area, per_cent, pressure
 from continuum.show.prediction_data import areal, load_works
-from continuum.show.prediction_figures import fault_figure, load_figure, overview
-from continuum.show.verdict_axis import COLOURS, verdict_axis
 from continuum.store.sheet import Column, Entry, Sheet, pairs
 from continuum.theory import paper
 
@@ -220,32 +215,3 @@ def _probe(probe: ProbePullOff) -> Sheet:
     if probe.rim is not None:
         rows.append(("largest with at most 1 % in contact, 2π R w (A_rep + A_att)/A0", force(probe.rim)))
     return pairs("Pull-off force of the probe", rows)
-
-
-def write_prediction(prediction: PredictionNumbers, folder: Path, name: str) -> list[Path]:
-    """Write ``NAME.html``, which needs no other file, and its figures as PNG, or in the formats of
-    :func:`continuum.show.plot.written_as`; returns HTML and PNG files.
-    """
-    figures = {name: (overview(prediction), "")}
-    if (loads := load_figure(prediction)) is not None:
-        figures[f"{name}-load"] = loads, "Mean pressure against contact area, with the error of the threshold."
-    if prediction.faults:
-        figures[f"{name}-faults"] = (fault_figure(prediction), "Faults of the map.")
-    drawn = [
-        (plot.save_figure(figure, folder / stem, usual=(), page=True), caption)
-        for stem, (figure, caption) in figures.items()
-    ]
-    (answer, *more), word = statements(prediction), prediction.verdict.answer
-    remarks = [Sheet.of("Remarks", ("",), [(text,) for text in prediction.doubts])] if prediction.doubts else []
-    page = Page(
-        "Is it sticky?  " + " and ".join(t.source for t in prediction.topographies),
-        f"{answer}.",
-        (),
-        drawn,
-        [*remarks, *reading_order(prediction_sheets(prediction))],
-        sources="Contact and theories: L. Pastewka and M. O. Robbins, PNAS 111, 3298 (2014), and the sources in the "
-        "tables.",
-        answers=[f"{line}." for line in more],
-        answer=(word.capitalize(), COLOURS[word], verdict_axis(prediction)),
-    )
-    return [page.write(folder / f"{name}.html"), *(path for path, _ in drawn)]

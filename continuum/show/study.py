@@ -1,14 +1,6 @@
-"""The ranking of a study: sheets, a figure, a page and tables."""
-
-from pathlib import Path
-
-from matplotlib.figure import Figure
+"""The ranking of a study in a sentence and as sheets."""
 
 from continuum.maps.verdict.study import SampleRank, StudyNumbers
-from continuum.show import plot
-from continuum.show.page import Page
-from continuum.show.prediction_data import as_csv, row
-from continuum.store import output
 from continuum.store.sheet import Entry, Sheet
 
 _NOTE = (
@@ -43,7 +35,8 @@ def study_doubts(study: StudyNumbers) -> list[str]:
     return doubts
 
 
-def _ranking_row(sample: SampleRank) -> dict[str, str | float | None]:
+def ranking_row(sample: SampleRank) -> dict[str, str | float | None]:
+    """One row of the ranking."""
     low, high = sample.interval or (None, None)
     return {
         "rank": "-" if sample.ranks is None else " to ".join(dict.fromkeys(map(str, sample.ranks))),
@@ -58,53 +51,10 @@ def _ranking_row(sample: SampleRank) -> dict[str, str | float | None]:
 
 def study_sheets(study: StudyNumbers) -> list[Sheet]:
     """The ranking, and its spots."""
-    rows = [tuple(_ranking_row(sample).values()) for sample in study.samples]
-    ranking = Sheet.of("Ranking of the samples", tuple(_ranking_row(study.samples[0])), rows, _NOTE)
+    rows = [tuple(ranking_row(sample).values()) for sample in study.samples]
+    ranking = Sheet.of("Ranking of the samples", tuple(ranking_row(study.samples[0])), rows, _NOTE)
     cells: list[tuple[Entry, ...]] = [
         (spot.sample, spot.name, ", ".join(spot.files), spot.answer or f"not usable: {spot.error}", spot.margin)
         for spot in study.spots
     ]
     return [ranking, Sheet.of("Spots", ("sample", "spot", "files", "verdict", "w/w_c"), cells)]
-
-
-@plot.styled
-def study_figure(study: StudyNumbers) -> Figure:
-    """Each sample with its spots, mean and interval."""
-    shown = [sample for sample in study.samples if sample.margin is not None]
-    figure, axis = plot.new_axes(plot.PAGE, 1.2 + 0.35 * max(len(shown), 2))
-    for place, sample in enumerate(shown):
-        margins = [spot.margin for spot in sample.spots if spot.margin is not None]
-        axis.plot(margins, [place] * len(margins), "o", color=plot.SERIES[0], alpha=0.5, label="spots")
-        if sample.interval is not None:
-            axis.plot(sample.interval, [place] * 2, color="black", linewidth=1.5, label="mean, 95 %")
-        axis.plot(sample.margin, place, "|", color="black", markersize=12, markeredgewidth=2)
-    axis.axvline(1.0, color="gray", linestyle="--", linewidth=1)
-    axis.set(xscale="log", xlabel="w/w_c (sticky above 1)", ylim=(len(shown) - 0.5, -0.5))
-    axis.set_yticks(range(len(shown)), [sample.name for sample in shown])
-    plot.log_ticks(axis)
-    plot.legend_below(figure, plot.labelled(axis))
-    return figure
-
-
-def write_study(study: StudyNumbers, folder: Path, name: str) -> list[Path]:
-    """Write the page, its figure, the ranking and its spots as tables; returns their paths."""
-    drawn = []
-    if any(sample.margin is not None for sample in study.samples):
-        picture = plot.save_figure(study_figure(study), folder / name, usual=(), page=True)
-        drawn = [(picture, "Spots, and mean of each sample.")]
-    title = f"Ranking of samples by stickiness:  {study.folder.resolve().name}"
-    page = Page(title, study_sentence(study) + ".", study_doubts(study), drawn, study_sheets(study))
-    output.folder(folder)
-    spots = []
-    for spot in study.spots:
-        named: dict[str, str | float | None] = {
-            "sample": spot.sample, "spot": spot.name, "files": ", ".join(spot.files),
-            "w/w_c": spot.margin, "error": spot.error,
-        }  # fmt: skip
-        spots.append(named | ({} if spot.found is None else row(spot.found)))
-    return [
-        page.write(folder / f"{name}.html"),
-        *(path for path, _ in drawn),
-        output.save(folder / f"{name}.csv", as_csv([_ranking_row(sample) for sample in study.samples])),
-        output.save(folder / f"{name}-spots.csv", as_csv(spots)),
-    ]
