@@ -144,7 +144,7 @@ class GreensRelaxation(Optimizer):
         return forces
 
     def _of_surface(self, positions: Real) -> Real:
-        """Forces of the wall on the surface atoms, shape as of all; on deeper ones they are of the rest."""
+        """Forces of the wall on the surface atoms, in the shape of all; those on deeper atoms count as the rest."""
         assert self._wall is not None
         surface, forces = self._wall.surface, np.zeros_like(positions)
         forces[surface] = self._wall.act(positions[surface]).forces

@@ -35,7 +35,7 @@ to its beginning decays by 2 - √3 from point to point, to 3e-5."""
 
 
 class WallAction(NamedTuple):
-    """What the wall does to some atoms, in the units of ASE."""
+    """Energy and forces of the wall on some atoms, in the units of ASE."""
 
     energy: Real
     """Shape (atoms,), in eV."""

@@ -291,7 +291,7 @@ class DeckRun(DeckSteps, Shown):
         return self.compare() if flag("compare", compare) and not self.incomparable else ()
 
     def sheets(self, *, compare: bool = False) -> list[Sheet]:
-        """Its steps, the last in detail, and the comparison with the continuum, or why there is none."""
+        """Tables of the steps, of the last in detail, and of the comparison with the continuum or its lack."""
         from atomistic.show.decks import deck_run_sheets
 
         return deck_run_sheets(self, self._beside(compare), self.incomparable if compare else "")

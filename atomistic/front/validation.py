@@ -62,7 +62,7 @@ class Validation:
 
     @property
     def sentence(self) -> str:
-        """What was judged, against what is allowed, how many bounds hold, and the worst state of each of the others."""
+        """The verdict in words: how many bounds hold, for which quantities, and the worst state of the others."""
         from atomistic.show.validation import sentence_of
 
         failed = [verdict for verdict in self.verdicts if not verdict.holds]

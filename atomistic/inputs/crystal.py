@@ -220,7 +220,7 @@ class CrystalTable(Table):
 
     @constraint
     def faults(self) -> Iterator[Fault]:
-        """What is wrong with it."""
+        """Faults of the table."""
         if (self.atoms is None) != (self.modulus is None):
             yield Fault(("modulus",), "E* of the atoms of a file, and only of these; that of a crystal is measured")
         try:

@@ -81,7 +81,7 @@ class BoundVerdict:
 
     @property
     def told(self) -> str:
-        """What was found at the worst state, and what is allowed."""
+        """Value at the worst state, and the allowed one."""
         at = f"at {self.state}, the worst of {self.states}" if self.state else f"{self.states} values"
         at = at if self.states else "no state was looked at"
         of = ", ".join(filter(None, (self.case, self.step, self.quantity)))

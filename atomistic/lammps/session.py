@@ -174,7 +174,7 @@ class Cell(LammpsHandle):
         return float(self._lammps.extract_fix(name, 0, 1, element))
 
     def per_atom(self, name: str) -> Real:
-        """What a fix has averaged of each atom, in the order of the atoms."""
+        """Averages of a fix for each atom, in the order of the atoms."""
         return np.array(self._lammps.gather(f"f_{name}", 1, 1), dtype=np.float64)
 
     def stress(self, count: int = 3) -> Real:

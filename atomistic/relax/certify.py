@@ -141,7 +141,7 @@ def _certified(crystal: Session, wall: Wall, found: DeckResult, bare: Real, law_
         return np.asarray(bare - displacements[:mobile, ..., 2])
 
     def forces(displacements: Real) -> Real:
-        """On the mobile atoms, of crystal and wall, in E* a0²."""
+        """Forces of crystal and wall on the mobile atoms, in E* a0²."""
         acting = crystal.evaluate(displacements)[1][:mobile]
         acting[..., 2] -= law.evaluate(gap(displacements)).traction
         return acting
@@ -171,7 +171,7 @@ def _rounding(found: DeckResult) -> float:
 
 
 def _of_the_wall(wall: Wall, law: Wall, found: DeckResult, gap: Real, law_error: float) -> Iterator[Check]:
-    """What follows from the gap of each atom and the law, with the error of the deck's formulas and of rounding."""
+    """Numbers from the gap of each atom and the law, with the errors of the deck's formulas and of rounding."""
     here, kinds, moved = law.evaluate(gap), contact_map(wall, gap), ENOUGH * _rounding(found)
     off = law_error + moved * float(np.abs(here.stiffness).max()) + _LAST
     apart = float(np.abs(found.gap - gap[0]).max())

@@ -98,7 +98,7 @@ class DeckStep(Totals):
 
     @property
     def lateral_s_error(self) -> float:
-        """Its standard error, of the errors along x and y as if they were one."""
+        """Standard error of the lateral force, from the errors along x and y as if they were one."""
         return float(np.abs(self._way) @ (self.lateral_x_error, self.lateral_y_error))
 
     @classmethod
@@ -137,7 +137,7 @@ class ContinuumStep(Totals):
 
 @dataclass(frozen=True)
 class FirstYield:
-    """Where atoms first have other neighbours: between two equilibria, half way and with half their distance."""
+    """Onset of other neighbours: half way between two equilibria, with half their distance as error."""
 
     separation: tuple[float, float]
     """In a0."""
@@ -149,7 +149,7 @@ class FirstYield:
 
 @dataclass(frozen=True)
 class Imprint:
-    """What stays when the wall is off the surface again."""
+    """Imprint that stays when the wall is off the surface again."""
 
     displaced: int
     """Atoms further than half of a0 from where they were at rest."""
@@ -300,7 +300,7 @@ class DeckSteps:
 
     @property
     def imprint(self) -> Imprint | None:
-        """What stays at the end of a staircase down and up; None if its first or last state bears a load."""
+        """Imprint at the end of a staircase down and up; None if its first or last state bears a load."""
         load, s = (np.array([getattr(step, name) for step in self.steps]) for name in ("load", "separation"))
         lowest = int(np.argmin(s))
         down, up = np.s_[lowest::-1], np.s_[lowest:]  # each from the lowest step on

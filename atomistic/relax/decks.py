@@ -49,7 +49,7 @@ _ALIKE = 1e-6
 
 
 class DeckParts(NamedTuple):
-    """What a deck is made of, checked."""
+    """Checked parts of a deck."""
 
     slab: AnySlab
     model: AnyModel

@@ -140,7 +140,7 @@ def _yield(run: DeckSteps) -> list[str]:
 
 
 def _starts(run: DeckSteps) -> list[str]:
-    """How many of the starts that were relaxed before are at rest in LAMMPS, and which is the farthest from it."""
+    """Number of relaxed starts that are at rest in LAMMPS, and the one that is farthest from it."""
     looked_at = list(enumerate(run.steps[: run.description.relaxed], 1))
     if not looked_at:
         return []

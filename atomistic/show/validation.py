@@ -93,7 +93,7 @@ def _size(verdict: BoundVerdict) -> float:
 
 
 def _nearness(verdict: BoundVerdict) -> float:
-    """How near a difference comes to its bound; one that is no number is beyond any."""
+    """Difference over its bound; a difference that is no number is beyond any bound."""
     return verdict.measured / verdict.limit if np.isfinite(verdict.measured) else np.inf
 
 

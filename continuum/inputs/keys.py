@@ -93,7 +93,7 @@ _PLAINLY = {
 
 
 def what_is_allowed(fault: ErrorDetails, field: FieldInfo | None, *, in_inputs: bool) -> str:
-    """What a key or an argument may be, where pydantic found a fault, as :mod:`continuum.inputs.arguments` says it."""
+    """Allowed values of a key or an argument that pydantic refused, as :mod:`continuum.inputs.arguments` says."""
     kind, annotation = fault["type"], field.annotation if field else None
     if kind == "literal_error":
         choices = ", ".join(f'"{choice}"' for choice in get_args(annotation))

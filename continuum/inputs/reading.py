@@ -245,7 +245,7 @@ def _homes(name: str, model: type[Table], place: tuple[str, ...]) -> Iterator[tu
 def _contradictions(
     model: type[Table], data: Any, key: Key, bad: set[Key], context: Mapping[str, Any]
 ) -> Iterator[Fault]:
-    """What the checks of a table and of those inside it find, as far as its keys are sound."""
+    """Faults that the checks of a table and of those inside it find, as far as its keys are sound."""
     sound = _sound(model, data, key, bad, context)
     for name, field in model.model_fields.items():
         for inner, value, here in _inner_tables(field, data.get(name), (*key, name), bad):

@@ -362,7 +362,7 @@ def tables_in(annotation: Any) -> tuple[type[Table], ...]:
 
 
 class Place(NamedTuple):
-    """Where in a table one of pydantic's errors is."""
+    """Place in a table of one of pydantic's errors."""
 
     key: Key
     holder: type[Table] | None
@@ -373,7 +373,7 @@ class Place(NamedTuple):
 
 
 def located(location: tuple[int | str, ...], data: Any, table: type[Table]) -> Place:
-    """Where an error of a table is."""
+    """Place of an error of a table."""
     key, among = Key(), None
     inner: type[Table] | None = table
     holder, field = inner, None

@@ -228,7 +228,7 @@ def nearest(word: str, choices: Iterable[str]) -> str | None:
 
 
 def slip(word: object, choices: Iterable[str], form: str, otherwise: str = "") -> str:
-    """What to say of a word that is none of the choices: a form with the one probably meant, if any, in its place."""
+    """Message about a word that is none of the choices: a form with the one probably meant, if any, in its place."""
     meant = nearest(str(word), choices)
     return form.format(meant) if meant else otherwise
 

@@ -157,6 +157,7 @@ def directions(topography: Topography) -> Directions:
     return Directions(
         (float(np.sqrt(xx)), float(np.sqrt(yy))),
         (_deviation(*along_x), _deviation(*along_y)),
+        # Grooves along one direction have no slope along the other: the ratio stays finite.
         float(np.sqrt((mean + radius) / max(mean - radius, 1e-12 * mean))) if mean > 0 else 1.0,
         float(np.degrees(np.arctan2(2 * xy, xx - yy) / 2)),
     )

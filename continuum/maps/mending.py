@@ -136,6 +136,7 @@ def harmonic(heights: Real, holes: Mask) -> Real:
     _, rows = np.nonzero(its >= 0)
     links = scipy.sparse.csr_array((np.full(rows.size, -1.0), (rows, its[its >= 0])), shape=(i.size, i.size))
     filled = heights.copy()
+    # The diagonal counts neighbours on the map only, so that its edges are free.
     filled[holes] = scipy.sparse.linalg.spsolve(
         (scipy.sparse.diags_array((its > -2).sum(axis=0).astype(float)) + links).tocsc(), known
     )
@@ -152,6 +153,7 @@ def fill_outliers(topography: Topography, limit: float) -> Topography:
         msg += f"{100 * limit:.3g} %"
         raise TopographyError(msg)
     if not mask.any():
+        # The mark says that outliers have been dealt with, so that none is reported again.
         return replace(topography, filled=True)
     step = f"{100 * share:.2g} % of the points, scars or standing out, filled harmonically"
     return topography.after(harmonic(topography.heights, mask), step, filled=True)
@@ -174,6 +176,7 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
     closed = topography if topography.periodic else mirror(topography)
     grid = closed.grid
     heights_q = grid.forward(closed.heights)
+    # A wave exactly at the cut-off stays, whatever rounding says.
     heights_q[grid.wavenumber > 2 * np.pi / wavelength * (1 + 1e-9)] = 0
     nx, ny = topography.heights.shape
     heights = grid.inverse(heights_q)[:nx, :ny]
@@ -224,6 +227,7 @@ def wall_from_map(
     else:
         from scipy.signal.windows import tukey
 
+        # The point after the last is the first one again, so that the window is one point longer than the part.
         tapers = [tukey(size + 1, _TAPER)[:-1] for size in points]
         step = "brought to its mean at the edges by a Tukey window"
         made = detrend(level.after(level.heights * np.outer(*tapers), step, periodic=True))

@@ -123,6 +123,7 @@ def _raw(path: Path, dataset: str | None, part: str | None) -> RawMap:
     except (ValueError, OSError) as error:
         raise TopographyError(str(error)) from error
     if found.unread:
+        # Another reader is believed only if it finds as many heights, and a size or unit that ours did not.
         with suppress(TopographyError):
             theirs = from_instrument(path, part)
             if theirs.heights.shape == found.heights.shape and (theirs.size or theirs.unit):

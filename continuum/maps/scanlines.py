@@ -93,12 +93,14 @@ def scan_lines(heights: Real) -> ScanLines:
     # Outliers along both directions alike are features of the surface, or of a tip.
     one_sided = max(found) > 4 * min(found) + LONGEST_SPIKE
     evidence: list[float] = [float(n) for n in found] if one_sided else [float(o.size) for o in outliers]
+    # Where neither direction has more artefacts, lines are along the one whose offsets scatter more.
     axis = int(np.argmax(evidence if evidence[0] != evidence[1] else spreads))
     bend, mine, other = bends[axis], spreads[axis], spreads[1 - axis]
     return ScanLines(
         axis=axis,
         ratio=mine / other if other > 0 else np.inf if mine > 0 else 1.0,
         correlation=_correlation(bend),
+        # The bend of independent offsets has 3/2 of their variance; that of the columns is the surface's own.
         noise=float(np.sqrt(max(mine**2 - other**2, 0.0) / 1.5)),
         outliers=outliers[axis],
         scars=scars[axis] if one_sided else np.zeros(heights.shape, dtype=bool),
@@ -121,6 +123,7 @@ def spikes(heights: Real) -> Mask:
     if not both.any():
         return both
     length = np.ones((LONGEST_SPIKE + 1, 1), dtype=bool)
+    # A longer run is a scar or a feature of the surface, not an outlier.
     wide = scipy.ndimage.binary_opening(both, length) | scipy.ndimage.binary_opening(both, length.T)
     found = both & ~wide
     return found if found.mean() < RARE else np.zeros(heights.shape, dtype=bool)

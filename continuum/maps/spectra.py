@@ -70,6 +70,7 @@ def surface_bands(wavenumber: Real, profile: Real) -> Bands:
     rings = 2 * np.diff(reach, axis=1)
     model = c
     for _ in range(_STEPS):
+        # A periodogram scatters in proportion to its mean, which only the fit itself tells: weights are iterated.
         weight = np.sqrt(count[filled]) / model
         found, _ = scipy.optimize.nnls(rings * weight[:, None], c * weight)
         model = np.maximum(rings @ found, 1e-6 * c)

@@ -93,6 +93,7 @@ def summits_of(topography: Topography) -> Summits:
     sums = np.array(parts).T
     whole = sums.sum(axis=1, keepdims=True)
     value, without = _numbers(whole, high)[:, 0], _numbers(whole - sums, high)
+    # The last three are ratios: their errors are those of logarithms.
     without[2:] = np.log(without[2:])
     count = sums.shape[1]
     return Summits(Upper(*value.tolist()), Upper(*(np.sqrt(count - 1) * without.std(axis=1)).tolist()))

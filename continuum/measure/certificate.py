@@ -177,6 +177,7 @@ def _law(wall: Wall, gap: Real, coarse: Real) -> _Law:
     far = (energy(gap + 2 * STEP) - energy(gap - 2 * STEP)) / (4 * STEP)
     here, traction = energy(gap), -(4 * near - far) / 3
     stiffness = (energy(gap + wide) - 2 * here + energy(gap - wide)) / wide**2
+    # First the rounding of stored gaps, then the error of the differences where the law has a kink.
     error = (
         float(np.mean(np.abs(stiffness) * coarse + np.abs(far - near))) + 1e-12
     )  # and what rounding leaves of a difference
@@ -284,6 +285,7 @@ def _lowest(problem: ContactProblem, law: Real, mean_stiffness: float | None) ->
     held = bool(np.isinf(mean))
     K = _whole(stiffness_q, grid.shape[1], 0.0 if held else mean)
     softest = max(0.0, -float(law.min()))
+    # The unit of the eigenvalue: the largest softening of the law, or the stiffness of the longest wave.
     scale = max(softest, float(K[K > 0].min()))
 
     def hessian(v: Real) -> Real:
@@ -293,6 +295,7 @@ def _lowest(problem: ContactProblem, law: Real, mean_stiffness: float | None) ->
     def smooth(v: Real) -> Real:
         return _product(1 / (K + scale), v - held * v.mean())
 
+    # An unstable mode lives where the law softens most, so the search begins there.
     start = np.random.default_rng(1).normal(size=grid.shape) * (np.maximum(-law, 0.0) + 1e-3)
     found = lowest_eigenvalue(hessian, smooth(start)[None], ACCURACY * scale, smooth)
     return Found(found.eigenvalue, max(found.error, ACCURACY * scale))

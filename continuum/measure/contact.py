@@ -41,7 +41,7 @@ class Totals:
 
 @dataclass(frozen=True, kw_only=True)
 class Equilibrium(Totals):
-    """One point of a path: its control and branch, and its areas and loads.
+    """A point of a path: its control and branch, and its areas and loads.
 
     Fields with a unit and a description are the columns of a point wherever one is stored or shown; records of more,
     as of a state with its gap, or of a point as it is stored, add theirs.
@@ -133,6 +133,7 @@ def area_by_lines(distance: Real, *, periodic: bool = True) -> tuple[float, Real
         area += float(np.count_nonzero(below) + (inside / span).sum()) / lines
         for_one, for_other = np.zeros(distance.shape), np.zeros(distance.shape)
         for_one[crosses], for_other[crosses] = other / span**2, one / span**2
+        # The share inside of a link is |one|/(|one| + |other|); each of its two ends gets its part of the derivative.
         slope -= (for_one + np.roll(for_other, 1, axis)) / lines
     return area, slope
 

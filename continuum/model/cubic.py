@@ -91,6 +91,7 @@ def surface_stiffness(constants: CubicConstants, angle: Real, thickness: Real) -
     cross, cross_below = c_ - d @ inverse_b @ a, -inverse_b
     for step in range(int(doublings.max(initial=0))):
         more = np.flatnonzero(doublings > step)
+        # Two equal layers, one on the other: no force acts on the face between them, whose displacements drop out.
         between = np.linalg.inv(top[more] + bottom[more])
         up, down = cross[more] @ between, cross_below[more] @ between
         top[more], bottom[more] = top[more] - up @ cross_below[more], bottom[more] - down @ cross[more]
@@ -116,6 +117,7 @@ def _directional_series(constants: CubicConstants) -> Real:
     """The coefficients of E*(θ): of one crystal many ask."""
     samples = np.arange(_DIRECTIONS, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
     series = np.fft.rfft(2 * surface_stiffness(constants, samples, np.array(THICK))).real / _DIRECTIONS
+    # Each cosine but the first and the last stands for two of the 64 exponentials.
     series[1:-1] *= 2
     return np.asarray(series)
 

@@ -123,6 +123,7 @@ class Grid:
     def mode_weights(self) -> Real:
         """Weight of each stored mode in a sum over all q: 1 or 2; shape (1, ny//2+1)."""
         ny = self.shape[1]
+        # A mode stands for its conjugate too, except in the columns n = 0 and, of an even ny, ny/2, which have both.
         weights = np.full((1, ny // 2 + 1), 2.0)
         weights[0, 0] = 1.0
         if ny % 2 == 0:

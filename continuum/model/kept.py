@@ -59,7 +59,7 @@ def folder_of_compiled(sources: Path) -> Path | None:
 
 
 class _Place(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):  # type: ignore[misc]
-    """Where the code of a function is kept, as numba asks for it."""
+    """Place of the compiled code of a function, in the form that numba asks for."""
 
     def __init__(self, function: Any, file: str, folder: Path) -> None:
         self._py_file, self._lineno = file, function.__code__.co_firstlineno
@@ -99,6 +99,7 @@ class _Files:
 
     def save(self, key: object, data: object) -> None:
         content = dumps(data)
+        # Written beside and renamed: another process never reads half a file.
         with tempfile.NamedTemporaryFile(dir=self._folder, prefix=".kept-", delete=False) as file:
             try:
                 file.write(self._seal(key, content) + content)

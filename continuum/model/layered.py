@@ -54,6 +54,7 @@ def layered_stiffness(layers: Sequence[tuple[float, Solid]], base: Solid, wavenu
     minors = np.repeat(half_space[:, None], q.size, axis=1)
     above = np.cumsum([0.0, *(thickness for thickness, _ in layers)])
     for (thickness, solid), top in reversed(list(zip(layers, above[:-1], strict=True))):
+        # Waves that have died out above a layer do not feel it: their minors stay as they are.
         felt = slice(np.searchsorted(q * top, OPAQUE))
         minors[:, felt] = _raised(minors[:, felt], solid, np.minimum(q[felt] * thickness, OPAQUE))
     stiffness: Real = (q * minors[0] / minors[2])[inverse].reshape(wavenumber.shape)

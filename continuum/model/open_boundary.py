@@ -31,12 +31,14 @@ def cell_influence(x: Real, y: Real, spacing: tuple[float, float]) -> Real:
     spacing : sides of the rectangle, in a0.
     """
     a, b = spacing[0] / 2, spacing[1] / 2
+    # The moments diverge in the cell itself; there, as near it, the closed formula takes their place.
     r2 = np.maximum(x**2 + y**2, (a * b) / 4)
     # Moments of the cell up to the fourth order, from the derivatives of 1/r.
     cos2, sin2, p, q = x**2 / r2, y**2 / r2, a**2 / r2, b**2 / r2
     second = p / 6 * (3 * cos2 - 1) + q / 6 * (3 * sin2 - 1)
     fourth = (p**2 * (105 * cos2**2 - 90 * cos2 + 9) + q**2 * (105 * sin2**2 - 90 * sin2 + 9)) / 120
     found: Real = 4 * a * b / (np.pi * np.sqrt(r2)) * (1 + second + fourth + p * q * (105 * cos2 * sin2 - 12) / 36)
+    # Beyond this distance the closed formula is the difference of large numbers.
     near = r2 < (FAR * max(spacing)) ** 2
     x, y = x[near], y[near]
     found[near] = (

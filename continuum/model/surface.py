@@ -50,6 +50,7 @@ def moments(grid: Grid, heights: Real) -> Moments:
     heights : shape ``grid.shape``, in a0.
     """
     heights = field("heights", heights, instance("grid", grid, Grid).shape)
+    # Heights too large to square are refused below, with their name, not by a warning of NumPy.
     with np.errstate(over="ignore", invalid="ignore"):
         power_q = np.abs(grid.forward(heights)) ** 2
         power_q[0, 0] = 0.0
@@ -216,6 +217,7 @@ class SelfAffine(SelfAffineSpectrum):
         if self.lambda_s < finest * (1 - 1e-12):
             allowed = f"at least {finest:g}; below two grid spacings the grid would alias the surface"
             raise ArgumentError("lambda_s", self.lambda_s, allowed)
+        # 1e-9: rounding must not lose the mode whose wavelength is exactly λ_s.
         most = max(int(length / self.lambda_s + 1e-9) for length in grid.lengths)
         m, n = (np.zeros(most, dtype=np.int64), np.arange(most) + 1) if grid.is_line else _shells(most)
         # Two streams, so that a smaller λ_s adds modes and leaves the others as they were.
@@ -223,10 +225,12 @@ class SelfAffine(SelfAffineSpectrum):
         amplitude = np.exp(2j * np.pi * phases.random(m.size)) * gaussians.standard_normal(m.size)
 
         nx, ny = grid.shape
+        # All modes are drawn, and those that this grid lacks left out: the others are the same on every grid.
         kept = (np.abs(m) <= nx // 2) & (n <= ny // 2)
         m, n, amplitude = m[kept], n[kept], amplitude[kept]
         heights_q = np.zeros(grid.shape_q, dtype=np.complex128)
         heights_q[m % nx, n] = amplitude
+        # The half spectrum stores both signs of m on this axis, of which one was drawn.
         on_axis = n == 0
         heights_q[-m[on_axis] % nx, 0] = amplitude[on_axis].conj()
         heights_q *= np.sqrt(self.power_q(grid))

@@ -294,7 +294,7 @@ def _sticky(rows: DataFrame) -> Finding:
 
 
 def _sizes(rows: DataFrame) -> str:
-    """How many of these contacts have each λ_s, as text."""
+    """Number of these contacts at each λ_s, as text."""
     counts = rows.lambda_s.value_counts().sort_index()
     return f" (λ_s = {', '.join(f'{size:g}: {n}' for size, n in counts.items())})" if len(counts) else ""
 

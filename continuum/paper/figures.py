@@ -70,7 +70,7 @@ class PaperFigure:
         return self.table(shown) if callable(self.table) else figure_table(shown, self.table)
 
     def said(self, numbers: DataFrame) -> str:
-        """Its caption."""
+        """Caption of the figure."""
         return self.caption if isinstance(self.caption, str) else self.caption(numbers)
 
 

@@ -89,7 +89,7 @@ def write_publication_page(
 
 
 def summary_sheet(found: PointTable) -> Sheet:
-    """What each column of the table holds over all systems; those without a number are left out."""
+    """Range of each column of the table over all systems; columns without a number are left out."""
     rows: list[tuple[str | float | int, ...]] = []
     for name, (unit, what) in found.columns.items():
         values = found[name]

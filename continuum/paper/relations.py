@@ -140,7 +140,7 @@ def kappas(points: DataFrame) -> DataFrame:
 
 
 def _threshold(trials: DataFrame) -> DataFrame | None:
-    """Where the load changes its sign in a search, read between the two nearest trials; None where it does not."""
+    """Place at which the load changes its sign in a search, between the two nearest trials; None where it does not."""
     trials = trials.assign(theory=1 / trials.expected_kappa_att).sort_values("theory")
     changes = np.flatnonzero((trials.load.to_numpy()[:-1] > 0) & (trials.load.to_numpy()[1:] <= 0))
     if not changes.size:
@@ -160,7 +160,7 @@ def _threshold(trials: DataFrame) -> DataFrame | None:
 
 
 def _draw_borders(axis: Axes, numbers: DataFrame) -> None:
-    """What becomes sticky, against 1/κ_att of theory: by the paper's κ_rep, by the measured one, as it was found."""
+    """Borders of stickiness over 1/κ_att of theory: by the paper's κ_rep, the measured one, and searches."""
     ends = axis.get_xlim()
     if ends[1] > 0.5:  # else nothing of it would show but its entry in the legend
         axis.axvspan(0.5, ends[1], color=_STICKY, alpha=0.1, linewidth=0,

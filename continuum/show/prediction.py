@@ -67,7 +67,7 @@ def _threshold(prediction: PredictionNumbers, found: MapThreshold) -> list[Sheet
 
 
 def _adhesion(prediction: PredictionNumbers) -> list[Sheet]:
-    """What the adhesion curve tells, and the curve."""
+    """Numbers of the adhesion curve, and the curve."""
     said, found = prediction.adhesion, prediction.threshold
     curve = None if found is None else found.adhesion
     if said is None or found is None or curve is None:

@@ -121,7 +121,7 @@ def _draw_spectrum(axis: Axes, prediction: PredictionNumbers) -> None:
 
 
 def _draw_contact(axis: Axes, threshold: MapThreshold, unit: float) -> None:
-    """Where the surfaces repel and where they attract, on the map, whose axes have a unit, in m."""
+    """Map of the repulsive and of the attracted area; its axes have a unit, in m."""
     x, y = threshold.map.lengths
     plot.contact_image(axis, np.where(threshold.kinds > 0, threshold.kinds, np.nan), (x / unit, y / unit))
     for entry in plot.contact_key():

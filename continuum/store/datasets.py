@@ -66,7 +66,7 @@ class Dataset:
 
 
 class _Named(dict[str, Any]):
-    """What a file holds, by name; what it lacks is damage."""
+    """Content of a file by name; a name that it lacks is damage."""
 
     def __init__(self, path: str | Path, held: Mapping[str, Any]) -> None:
         super().__init__(held)

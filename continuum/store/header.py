@@ -114,7 +114,7 @@ def _row_of_units(row: Sequence[str], used: Sequence[int]) -> tuple[float, ...]:
 
 
 def column_kinds(fields: Sequence[Sequence[str]], columns: int) -> tuple[str, ...]:
-    """What each of so many columns holds by its name: "x", "y", "z" or nothing; empty where no line names them all."""
+    """Content of each column by its name, "x", "y", "z" or nothing; empty where no line names all columns."""
     for row in reversed(fields):
         plain = [re.sub(r"[\[(/].*|\bin\b.*|_?(?:nm|um|µm|mm)$|[\s_\"'-]", "", field.lower()) for field in row]
         kinds = [next((kind for kind, names in _NAMED.items() if names.fullmatch(name)), "") for name in plain]
@@ -124,7 +124,7 @@ def column_kinds(fields: Sequence[Sequence[str]], columns: int) -> tuple[str, ..
 
 
 def said_by(header: Sequence[str]) -> Said:
-    """What a header says of a matrix of heights.
+    """Size, unit and missing numbers that a header gives for a matrix of heights.
 
     Raises ValueError if it has a unit that is no length.
     """

@@ -112,6 +112,7 @@ def of_array(values: Real, source: str, shape: tuple[int, ...] | None = None, of
     columns = values.ndim == 2 and values.shape[1] in (2, 3) and values.shape[0] >= FEWEST and values.shape != shape
     if columns:
         return _placed(values, source, of=of)
+    # One row or one column is a line scan, unless a map of that shape is asked for.
     single = values.ndim == 2 and min(values.shape) == 1 and values.shape != shape
     return RawMap(values.ravel() if single else values, source, of=of)
 
@@ -151,6 +152,7 @@ def _of_text(text: Text, source: str, shape: tuple[int, int] | None) -> RawMap:
     size = said.size or (tuple(n * said.pixel for n in heights.shape) if said.pixel else None)
     if min(heights.shape) == 1 and heights.shape != shape:
         heights, size, extent = heights.ravel(), size[:1] if size else None, None
+    # Keys and values that say neither size nor unit: another reader may know them.
     unread = (size is None or said.unit is None) and any(mark in line for line in text.header for mark in ":=")
     return RawMap(heights, source, size, said.unit, steps=steps if rows.size else (), extent=extent, unread=unread)
 
@@ -183,6 +185,7 @@ def _on_grid(x: Real, y: Real) -> bool:
     except ValueError:
         return False
     rows, columns = int(i.max()) + 1, int(j.max()) + 1
+    # At least half of the places are taken: two columns of a matrix of heights would be spread over far more.
     return min(rows, columns) > 1 and rows * columns <= 2 * x.size and np.unique(i * columns + j).size == x.size
 
 

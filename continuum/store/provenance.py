@@ -95,7 +95,7 @@ def journal() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Citation:
-    """What ``CITATION.cff`` says."""
+    """Content of ``CITATION.cff``."""
 
     title: str
     """Title of the program."""

@@ -60,7 +60,7 @@ def duration(seconds: float) -> str:
 
 
 class Shown:
-    """What notebooks show as its sheets, one below the other."""
+    """Object that a notebook shows as its sheets, one below the other."""
 
     def sheets(self) -> list[Sheet]:
         """The sheets, in their order."""
@@ -183,7 +183,7 @@ class Sheet:
         return out.getvalue()
 
     def beginning(self) -> Self:
-        """As many rows as a terminal shows."""
+        """The first rows, as many as a terminal shows."""
         more = len(self.rows) - MOST
         return replace(self, rows=self.rows[:MOST], note=f"and {more} more") if more > 0 else self
 

@@ -137,7 +137,7 @@ def _is_row(line: str) -> bool:
 
 
 class _Dialect(NamedTuple):
-    """What stands between columns ("": blanks), before decimals, and between thousands; whether fields have quotes."""
+    """Separators of columns ("": blanks), decimals and thousands, and whether fields have quotes."""
 
     between: str
     decimal: str = "."

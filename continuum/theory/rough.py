@@ -48,7 +48,7 @@ def fuller_tabor(ratio: float) -> float:
         return np.asarray((np.sqrt(m / 2) + np.sqrt(1 / np.sqrt(3 * m) - m / 2)) ** 2)
 
     def load(t: Real | float, parts: int = 1000) -> Real:
-        """Force over N π w R with the plane at t h_rms above the mean of the summits."""
+        """Force, over N π w R, of a plane t h_rms above the mean of the summits."""
         t = np.asarray(t)[..., np.newaxis]
         # Summits of 9 h_rms and more above and below the mean do not count.
         bottom, top = (radius(np.maximum((side - t) * unit, -unit / ratio)) for side in (-9, 9))

@@ -1,4 +1,4 @@
-"""What is open in the browser, and what a form asks of it."""
+"""The map or result that is open in the browser, and the questions of a form about it."""
 
 import asyncio
 import json

@@ -1,4 +1,4 @@
-"""What is seen of a map: its layers, its roughness, its faults, and what the answer adds."""
+"""The views of a map: its layers, its roughness, its faults, and those that the answer adds."""
 
 import base64
 import math
@@ -114,7 +114,7 @@ def _bearing(judged: Real, measured: Real) -> list[list[float]]:
 
 
 def _correction(topography: Topography, fault: MapFault) -> Real | None:
-    """What the correction of one fault takes off, shape (nx, ny); None where there is none of the same points."""
+    """Heights that a correction takes off, shape (nx, ny); None if the corrected map has other points."""
     told = fault.arguments
     if not told or not told.keys() <= {"detrend", "fill", "cutoff"}:
         return None

@@ -212,7 +212,7 @@ class _Look(_Question):
 
 
 class _Predict(_Question):
-    """What is being done, the answer, and then maps of the solution."""
+    """Progress, the answer, and then maps of the solution."""
 
     async def answer(self, opened: OpenedMap, asked: Mapping[str, str]) -> None:
         loop = asyncio.get_running_loop()

@@ -82,7 +82,7 @@ def is_stored(path: Path) -> bool:
 
 
 class _StoredRun:
-    """What `continuum run` stored."""
+    """A run, as `continuum run` stored it."""
 
     def __init__(self, path: Path) -> None:
         self._found = Result.read(path)
@@ -99,7 +99,7 @@ class _StoredRun:
 
 
 class _StoredDeck:
-    """What `atomistic read` stored of the run of a deck."""
+    """The run of a deck, as `atomistic read` stored it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

@@ -38,7 +38,7 @@ class CurvePoint(NamedTuple):
 
 
 class UnderAdhesion(NamedTuple):
-    """What the curve tells of one work of adhesion, in the units of the interface."""
+    """Numbers of the curve for one work of adhesion, in the units of the interface."""
 
     pull_off: CurvePoint
     """The largest tension on approach: the pull-off stress, or a lower bound of it."""

@@ -35,7 +35,7 @@ class Tail:
 
     roughness: Roughness
     measured: float
-    """Its shortest measured wavelength."""
+    """Shortest measured wavelength of the map."""
     hurst: float | None
     """Exponent of the continuation; None if the surface has a cut-off above, so that nothing is missing."""
     level: float

@@ -322,7 +322,7 @@ def _unmeasured(prediction: PredictionNumbers, sticky: bool) -> Iterator[str]:
 
 
 _OPEN: tuple[Callable[[PredictionNumbers, bool], Iterator[str]], ...] = (_mended, _hopeless, _steep, _unmeasured)
-"""What leaves an answer open, the gravest first."""
+"""Reasons that leave an answer open, the gravest first."""
 
 
 def _holds(prediction: PredictionNumbers, sticky: bool, factor: float) -> bool:

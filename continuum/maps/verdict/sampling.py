@@ -31,7 +31,7 @@ ERRORS, CONFIDENCE = 2.0, 0.95
 
 
 class Blocks(NamedTuple):
-    """How many blocks of a roll-off length a map has along each side."""
+    """Numbers of blocks, one roll-off length long, along each side of a map."""
 
     nx: int
     ny: int
@@ -43,7 +43,7 @@ class Blocks(NamedTuple):
 
     @classmethod
     def of(cls, lengths: tuple[float, float], roll_off: float) -> "Blocks":
-        """Those of a map, at least one along each side."""
+        """Blocks of a map, at least one along each side."""
         nx, ny = (max(1, int(length / roll_off + WHOLE)) for length in lengths)
         return cls(nx, ny)
 

@@ -195,5 +195,5 @@ def find_threshold(
 
 
 def _undecided(found: MapThreshold, why: str) -> MapThreshold:
-    """What is known without a search: bounds, where the state without adhesion was beyond its range."""
+    """Threshold without a search: bounds, where the state without adhesion was beyond its range."""
     return replace(found, source=Basis.BOUNDS if found.why else found.source, why=(*found.why, why))

@@ -98,7 +98,7 @@ class SampleRank:
     margin: float | None
     """w over that of the threshold, the geometric mean over the spots; None if unknown."""
     interval: tuple[float, float] | None
-    """Its 95 % interval, by how spots scatter; of one spot by its sampling error; None if neither is known."""
+    """95 % interval from the scatter of the spots, or from the sampling error of one spot; None if neither is known."""
     ranks: tuple[int, int] | None = None
     """The best and the worst place that the intervals allow, from 1; None without a margin."""
 

@@ -77,7 +77,7 @@ touch to tell anything."""
 
 
 class Basis(enum.Enum):
-    """What a threshold comes from."""
+    """Origin of a threshold."""
 
     STATE = "one state without adhesion"
     SEARCH = "search"
@@ -271,7 +271,7 @@ class PressedMap:
 
     @property
     def search(self) -> Search:
-        """How closely the area is met: of a map that is continued by its mirror images four points touch at a time."""
+        """Tolerance of the area: four points touch at a time on a map that is continued by its mirror images."""
         together = 1 if self.topography.periodic else 4
         return Search(min(max(AREA_TOLERANCE, 0.5 * together / (AREA * self.problem.grid.size)), MOST_TOLERANCE))
 

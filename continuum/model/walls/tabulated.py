@@ -91,7 +91,7 @@ class TabulatedWall(Wall):
 
     @property
     def range(self) -> float:
-        """From ``zero_gap`` to the last knot, in a0."""
+        """Distance from ``zero_gap`` to the last knot, in a0."""
         return float(self.gap[-1]) - self.zero_gap
 
     @cached_property

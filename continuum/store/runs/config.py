@@ -145,7 +145,7 @@ class RetractionTable(Table):
 
 
 class _WaysTable(Table):
-    """Where a path leads."""
+    """Way of a path."""
 
     control: Control
     """what is given at each point"""
@@ -188,7 +188,7 @@ class LoadingTable(Search, _WaysTable):
 
     @property
     def aims(self) -> Iterator[tuple[Control, float, Search]]:
-        """What is given at each point, its value, and how closely it is met."""
+        """Control at each point, its value, and its tolerance."""
         return ((control, target, search) for control, targets, search in self.stretches for target in targets)
 
     @property

@@ -194,7 +194,7 @@ class Result(Shown):
         return Analysis(self, expected, points, adhesion(curve) if good else None, tuple(notes))
 
     def sheets(self) -> list[Sheet]:
-        """Its points and its jumps."""
+        """Tables of the points and of the jumps."""
         columns = (
             Column("step"), Column("branch"), Column("mean gap", "a0", ".5g"), Column("separation", "a0", ".5g"),
             Column("A_rep/A0"), Column("A_att/A0"), Column("N/A0", "E*", ".4e"), Column("N_rep/A0", "E*", ".4e"),

@@ -70,6 +70,6 @@ class KeptTrials:
             self._written, self._unwritten = time.perf_counter(), False
 
     def drop(self) -> None:
-        """Forget all, as where the search has ended."""
+        """Delete all trials, once the search has ended."""
         self._found, self._unwritten = {}, False
         self.path.unlink(missing_ok=True)

@@ -323,7 +323,7 @@ class Sweep:
         return cls(own, source, base, axes, found.keep, bool(changes or columns), bisection, made)
 
     def systems(self) -> Iterator[tuple[System, RunConfig]]:
-        """Its systems, each once, with the input of its run; the last axis changes fastest.
+        """Systems of the sweep, each once, with the input of its run; the last axis changes fastest.
 
         A search has its lower and then its upper end.  Raises ConfigError if a system is not a valid input, the column
         of a search does not exist, or there is no system.

@@ -65,7 +65,7 @@ class Allocation:
                     raise ArgumentError(name, value, allowed)
 
     def for_tasks(self, tasks: int) -> Self:
-        """As much of it as so many systems, or searches, use: no job without one, no more processes than a job has."""
+        """Resources that so many systems, or searches, use: no job without one, no more processes than a job has."""
         shards = self.shards and min(self.shards, tasks)
         return replace(self, shards=shards, workers=min(self.workers, math.ceil(tasks / (shards or self.nodes))))
 

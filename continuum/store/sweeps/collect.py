@@ -252,7 +252,7 @@ def collect(root: str | Path, *, keep: bool = False) -> PointTable:
 
 
 def _lacking(folder: Folder, found: Mapping[str, SystemTable], names: Sequence[str]) -> Iterator[str]:
-    """For each column of one's own that systems lack: how many, and why."""
+    """Messages on own columns that systems lack: how many, and why."""
     for name in names:
         without = [key for key, one in found.items() if name not in one.own]
         if without:
@@ -288,11 +288,11 @@ class SweepRun(Shown):
         return not self.failed and not self.held
 
     def jobs(self) -> tuple[SweepTask, ...]:
-        """What is missing, the longest first, for any scheduler, of a call with ``workers=0``."""
+        """Missing systems of a call with ``workers=0``, the longest first, for any scheduler."""
         return self.left
 
     def sheets(self) -> list[Sheet]:
-        """How many systems were done, and which failed."""
+        """Table of the numbers of systems done, and of those that failed."""
         rows = [("done", self.done), ("done before", self.found), ("failed", len(self.failed))]
         rows += [("locked by another process", len(self.held))] * bool(self.held)
         sheets = [pairs(str(self.folder), [("systems", self.total), *rows])]

@@ -74,7 +74,7 @@ class OwnColumn:
 
     @property
     def made(self) -> str:
-        """Where its function is, and the beginning of its hash."""
+        """Place of its function, and the beginning of its hash."""
         return f"{self.origin} ({self.digest[:12]})"
 
     @property
@@ -131,7 +131,7 @@ def functions_by_name(columns: Any) -> dict[str, ColumnFunction]:
 
 
 def name_faults(name: str, on_axes: Sequence[str]) -> Iterator[Fault]:
-    """What is wrong with the name of a column."""
+    """Faults of the name of a column."""
     taken = name in _TAKEN or name in on_axes or name.startswith(("inverse_", "crossing")) or name.endswith("_error")
     if taken or not name.isidentifier():
         cause = "the table has a column of this name, or makes one" if taken else ""
@@ -277,7 +277,7 @@ def add_columns(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> None:
 
 
 def columns_of(folder: Folder, key: str, columns: Sequence[OwnColumn]) -> dict[str, Real]:
-    """Those of these columns that are stored of a system, a value for each of its points; NaN where there is none."""
+    """Stored columns of a system, a value for each of its points; NaN where there is none."""
     known = _stored(folder, key) if columns else {}
     return {one.name: known[one.name][1] for one in columns if one.name in known and known[one.name][0] == one.digest}
 

@@ -70,7 +70,7 @@ def cube_of(
 def _crossings(
     search: Bisection, unit: str, known: Sequence[tuple[Bracket, tuple[int, ...]]], lengths: Mapping[str, int]
 ) -> xarray.Dataset:
-    """What searches found, at their places on the other axes."""
+    """Results of searches, at their places on the other axes."""
     attributes = {
         "crossing": (
             "value",

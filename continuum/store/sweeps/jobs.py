@@ -23,7 +23,7 @@ class SweepTask:
 
     @property
     def label(self) -> str:
-        """Its values on the axes, in words."""
+        """Values on the axes, in words."""
         return self.task.label
 
     @property

@@ -1,4 +1,4 @@
-"""What a collection of a sweep has read, in one file of its folder, so that the next one reads only what is new.
+"""Cache of what a collection of a sweep has read, in one file of its folder: the next one reads only what is new.
 
 A system counts as read if its file has the size and the time of change that it had then: finished files never change.
 """

@@ -1,4 +1,4 @@
-"""What a Python file defines and imports, by parsing it: nothing is executed."""
+"""Definitions and imports of a Python file, found by parsing it: nothing is executed."""
 
 import ast
 import sys
