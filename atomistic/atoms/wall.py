@@ -18,8 +18,7 @@ from atomistic.lammps.law import law_of_atoms
 from atomistic.lammps.shape import Shape, shape_of
 from continuum.front.contact import Contact
 from continuum.inputs import possible
-from continuum.inputs.arguments import ArgumentError, array, choice, instance, number, pair
-from continuum.inputs.arguments import field as map_of
+from continuum.inputs.arguments import ArgumentError, array, choice, field_of, instance, number, pair
 from continuum.measure.contact import contact_map
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
@@ -166,7 +165,7 @@ class RoughWall(Calculator):
         if callable(getattr(heights, "evaluate", None)):
             points = np.array(pair("period", getattr(heights, "period", None)), dtype=np.float64)
             return heights, points, np.diag(points) * self.a0
-        heights = map_of("contact", heights)
+        heights = field_of("contact", heights)
         if min(heights.shape) < 3:
             raise ArgumentError("contact", heights, "heights of at least three points along either side")
         points = np.array(heights.shape, dtype=np.float64)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from dataclasses import field as field_of
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from atomistic.crystal.exposed import exposed, layer_depth
-from continuum.inputs.arguments import ArgumentError, array, count, field, instance, number, pair
+from continuum.inputs.arguments import ArgumentError, array, count, field_of, instance, number, pair
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 
@@ -130,8 +129,8 @@ class AtomSlab(AnySlab):
 
     name: str
     lengths: tuple[float, float]
-    positions: Real = field_of(repr=False)
-    types: NDArray[np.int64] = field_of(repr=False)
+    positions: Real = field(repr=False)
+    types: NDArray[np.int64] = field(repr=False)
     surface: int
     moving: int
     lost: float = 0.0
@@ -323,7 +322,7 @@ class Slab(AnySlab):
         fix_atoms: Any = ase.constraints.FixAtoms  # not annotated
         at = self.positions
         if displacements is not None:
-            at = at + field("displacements", displacements, (self.layers, *self.shape, 3))
+            at = at + field_of("displacements", displacements, (self.layers, *self.shape, 3))
         if not isinstance(symbol, str) or symbol not in ase.data.chemical_symbols:
             raise ArgumentError("symbol", symbol, 'a chemical symbol, or "X" for none')
         number("spacing", spacing, above=0, most=1e12)

@@ -32,8 +32,7 @@ from atomistic.lammps.law import NO_CORE, TOLERANCE, law_of_atoms, name_of, nati
 from atomistic.lammps.protocol import Protocol, time_unit, times_area
 from atomistic.lammps.result import UNITS
 from atomistic.lammps.shape import Shape, check_shape, misfit, shape_of
-from continuum.inputs.arguments import ArgumentError, choice, count, file_name, flag, instance, number
-from continuum.inputs.arguments import field as field_of
+from continuum.inputs.arguments import ArgumentError, choice, count, field_of, file_name, flag, instance, number
 from continuum.inputs.errors import OutputError
 from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.model.fourier import Real

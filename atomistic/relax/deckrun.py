@@ -23,8 +23,7 @@ from atomistic.lammps.result import (
     read_result,
 )
 from atomistic.relax.windows import EnergyBalance, WindowMean, errors_of_one_state
-from continuum.inputs.arguments import choice
-from continuum.inputs.arguments import field as map_of
+from continuum.inputs.arguments import choice, field_of
 from continuum.measure.contact import Totals, contact_map, quantity, shared
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
@@ -202,7 +201,7 @@ class DeckSteps:
         try:
             wall, heights = read_wall(directory), read_heights(directory / "slab.data")
             path = directory / "stiffness.npy"
-            stiffness = map_of("stiffness", np.load(path), last.slab.grid.shape_q) if path.is_file() else None
+            stiffness = field_of("stiffness", np.load(path), last.slab.grid.shape_q) if path.is_file() else None
         except (OSError, ValueError, TypeError, KeyError, AttributeError, EOFError) as error:
             raise DeckError(f"the deck in {directory} is damaged: {error}; write it again") from error
         # All windows after hold are at one temperature, and heat flows slowly through the layers of the thermostat.

@@ -31,8 +31,7 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.crystal.model import Model, check_model
 from atomistic.crystal.potentials import PotentialError
 from atomistic.response.force_constants import ForceConstants, force_constants, least_width, spring_force_constants
-from continuum.inputs.arguments import ArgumentError, array, instance
-from continuum.inputs.arguments import field as map_of
+from continuum.inputs.arguments import ArgumentError, array, field_of, instance
 from continuum.model import fourier
 from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Complex, Real
@@ -100,7 +99,7 @@ class LatticeResponse:
             msg = f"forces reach {constants.coupled_layers} layers, but only {slab.frozen} are frozen: freeze more"
             raise ValueError(msg)
         if self.table is not None:
-            map_of("table", self.table, slab.grid.shape_q)
+            field_of("table", self.table, slab.grid.shape_q)
         if constants.depth > slab.mobile:
             msg = f"force constants of {constants.depth} layers do not fit a slab of {slab.mobile} mobile layers"
             raise ValueError(msg)
@@ -248,7 +247,7 @@ class LatticeResponse:
             Shape (layers, nx, ny, 3), in a0, from where the slab is at rest; zero in the frozen layers.
         """
         forces = np.zeros((1, *self.slab.shape, 3))
-        forces[0, ..., 2] = map_of("force_z", force_z, self.slab.shape)
+        forces[0, ..., 2] = field_of("force_z", force_z, self.slab.shape)
         return self.displacements(forces)
 
     def displacements(self, forces: Real) -> Real:
@@ -273,7 +272,7 @@ class LatticeResponse:
         if given.shape[1:] != (*slab.shape, 3) or not 1 <= given.shape[0] <= slab.layers:
             allowed = f"the shape (n, {slab.shape[0]}, {slab.shape[1]}, 3) with n from 1 to {slab.layers}"
             raise ArgumentError("forces", given, allowed)
-        map_of("forces", given, given.shape)
+        field_of("forces", given, given.shape)
 
         # From below: the load of each block, with what the blocks below it pass on.
         spectra = self._forward(forces[: slab.mobile])

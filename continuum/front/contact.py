@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, Self, SupportsIndex, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from continuum.inputs.arguments import ArgumentError, file_name, function, instance, number, pair, several
-from continuum.inputs.arguments import field as map_of
+from continuum.inputs.arguments import ArgumentError, field_of, file_name, function, instance, number, pair, several
 from continuum.measure import contact as contacts
 from continuum.measure.contact import Equilibrium, Measurement
 from continuum.measure.curve import Adhesion, Curve, adhesion
@@ -96,7 +95,7 @@ class Contact:
     @cached_property
     def problem(self) -> ContactProblem:
         """The contact as the solver needs it."""
-        heights = map_of("heights", self.heights)
+        heights = field_of("heights", self.heights)
         shape = (heights.shape[0], heights.shape[1])
         if shape[0] < 1 or shape[1] < 2:
             raise ArgumentError("heights", heights, "at least two points in each direction, or shape (1, n), a line")
@@ -154,7 +153,7 @@ class Contact:
             problem = settled(problem, known)
             imprint, start = known[0].imprint_before, known[0].gap
         if start is not None:
-            gap = map_of("start", start, self.grid.shape)
+            gap = field_of("start", start, self.grid.shape)
         goal, search = loading.target(name, goal), Search(self.area_tolerance)
         found = loading.solve(problem, control, goal, self.settings, gap, search=search)
         found = State(**vars(replace(found, imprint_before=imprint)), contact=self)
@@ -218,7 +217,7 @@ class Contact:
         >>> round(both.moments.rms_slope, 2)  # of independent surfaces the squares add up
         0.15
         """
-        lower = map_of("other", other, self.grid.shape)
+        lower = field_of("other", other, self.grid.shape)
         if self.problem.open_boundary is not None and any(pair("shift", shift)):
             raise ArgumentError("shift", shift, f"{BEYOND}: {BEYOND_WHY}")
         return replace(self, heights=against(self.grid, self.problem.heights, lower, shift, angle))

@@ -162,7 +162,7 @@ def several(name: str, value: Any, *, longest: int = 10_000, **bounds: float | N
     return tuple(number(f"{name}[{i}]", each, **bounds) for i, each in enumerate(values))
 
 
-def field(name: str, value: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
+def field_of(name: str, value: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
     """A map of finite real numbers as float64, copied only if needed; two-dimensional if no shape is given.
 
     Missing points (masked, NaN, infinite), complex numbers, text and booleans are refused.

@@ -13,8 +13,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from continuum.inputs.arguments import ArgumentError, array, count, flag, instance, number, pair
-from continuum.inputs.arguments import field as map_of
+from continuum.inputs.arguments import ArgumentError, array, count, field_of, flag, instance, number, pair
 from continuum.maps.map import Bands, Topography, means, once
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -149,7 +148,7 @@ def stencil_moments(grid: Grid, heights: Real, periodic: bool) -> Moments:
 
     Differences underestimate wavelengths near two points: they agree with the spectrum if these do not matter.
     """
-    heights = map_of("heights", heights, instance("grid", grid, Grid).shape)
+    heights = field_of("heights", heights, instance("grid", grid, Grid).shape)
     if flag("periodic", periodic):
         heights = np.pad(heights, 1, mode="wrap")
     dx, dy = grid.spacing

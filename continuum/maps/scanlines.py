@@ -13,8 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from continuum.inputs.arguments import ArgumentError
-from continuum.inputs.arguments import field as map_of
+from continuum.inputs.arguments import ArgumentError, field_of
 from continuum.model.fourier import Real
 
 Mask = NDArray[np.bool_]
@@ -72,7 +71,7 @@ class ScanLines:
 
 def scan_lines(heights: Real) -> ScanLines:
     """Compare lines with columns, along the direction with more artefacts; at least 3 x 3 heights."""
-    heights = map_of("heights", heights)
+    heights = field_of("heights", heights)
     if min(heights.shape) < 3:
         raise ArgumentError(
             "heights", heights, "at least 3 lines of 3 points: each line is compared with its neighbours"

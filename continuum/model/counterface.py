@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from continuum.inputs.arguments import ArgumentError, field, number, pair
+from continuum.inputs.arguments import ArgumentError, field_of, number, pair
 from continuum.inputs.keys import Seed
 from continuum.inputs.tables import Description, Fault, constraint
 from continuum.model.fourier import Real
@@ -41,7 +41,7 @@ def against(grid: Grid, heights: Real, other: Real, shift: tuple[float, float], 
     angle : angle by which it is turned before the shift, in degrees.
     """
     along_x, along_y = (number("shift", length) for length in pair("shift", shift))
-    return heights - shifted(grid, turned(grid, field("other", other, grid.shape), angle), (along_x, along_y))
+    return heights - shifted(grid, turned(grid, field_of("other", other, grid.shape), angle), (along_x, along_y))
 
 
 class Counterface(Description):

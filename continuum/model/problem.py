@@ -17,7 +17,7 @@ from typing import Self
 
 import numpy as np
 
-from continuum.inputs.arguments import field
+from continuum.inputs.arguments import field_of
 from continuum.model.fourier import Complex, Real
 from continuum.model.grid import Grid
 from continuum.model.open_boundary import OpenBoundary
@@ -46,7 +46,7 @@ class ContactProblem:
     substrate: Substrate
 
     def __post_init__(self) -> None:
-        heights = field("heights", self.heights, self.grid.shape)
+        heights = field_of("heights", self.heights, self.grid.shape)
         if heights.flags.writeable or heights.base is not None:
             # Copied, as the caller could change them.
             heights = heights.copy()

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from continuum.inputs.arguments import ArgumentError, field, instance
+from continuum.inputs.arguments import ArgumentError, field_of, instance
 from continuum.inputs.keys import Fraction, Positive
 from continuum.inputs.tables import Description, Fault, constraint
 from continuum.model.fourier import Real
@@ -49,7 +49,7 @@ def moments(grid: Grid, heights: Real) -> Moments:
     grid : points of the surface.
     heights : shape ``grid.shape``, in a0.
     """
-    heights = field("heights", heights, instance("grid", grid, Grid).shape)
+    heights = field_of("heights", heights, instance("grid", grid, Grid).shape)
     # Heights too large to square are refused below, with their name, not by a warning of NumPy.
     with np.errstate(over="ignore", invalid="ignore"):
         power_q = np.abs(grid.forward(heights)) ** 2
@@ -256,7 +256,7 @@ def power_spectrum(grid: Grid, heights: Real) -> tuple[Real, Real]:
     Returns the mean wavenumber of each ring, in 1/a0, and C = A0 |h_q|²/(2π)², in a0⁴, so that
     h_rms² = ∫ C d²q.
     """
-    heights = field("heights", heights, instance("grid", grid, Grid).shape)
+    heights = field_of("heights", heights, instance("grid", grid, Grid).shape)
     power = np.abs(grid.forward(heights)) ** 2 * grid.area / (2 * np.pi) ** 2
     q, weights = grid.wavenumber, np.broadcast_to(grid.mode_weights, grid.shape_q)
     ring = np.rint(q / (2 * np.pi / max(grid.lengths))).astype(np.int64).ravel()

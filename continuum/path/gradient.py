@@ -31,7 +31,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from continuum.inputs.arguments import ArgumentError, choice, field, function, instance, number
+from continuum.inputs.arguments import ArgumentError, choice, field_of, function, instance, number
 from continuum.measure.contact import area_by_lines
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -415,7 +415,7 @@ def noise_error(grid: Grid, gradient: Real, rms: float, correlation_length: floa
     0.2
     """
     instance("grid", grid, Grid)
-    g = field("gradient", gradient, grid.shape)
+    g = field_of("gradient", gradient, grid.shape)
     sigma = number("rms", rms, least=0)
     length = number("correlation_length", correlation_length, least=0, most=grid.shortest_period / 2)
     if length == 0:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from continuum.inputs.arguments import ArgumentError, field, number
+from continuum.inputs.arguments import ArgumentError, field_of, number
 from continuum.measure.contact import Totals, totals_of
 from continuum.model.fourier import Real
 from continuum.model.laws import evaluate
@@ -89,7 +89,7 @@ def solve(
     """
     check_target(control, target)
     if start is not None:
-        field("start", start, problem.grid.shape)
+        field_of("start", start, problem.grid.shape)
     if control != "repulsive-area":
         return equilibrium(problem, control, target, settings, start, branch, solver)
     solver, search = solver or solver_of(problem, settings), search or Search()

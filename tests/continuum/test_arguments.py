@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.inputs.arguments import ArgumentError, choice, count, field, file_name, flag, number, pair, texts
+from continuum.inputs.arguments import ArgumentError, choice, count, field_of, file_name, flag, number, pair, texts
 from continuum.path.loading import follow, solve
 from continuum.solve.solution import Settings
 from continuum.store.sweeps.workers import run_tasks
@@ -65,12 +65,12 @@ def test_a_choice_is_one_or_is_refused(value: Any) -> None:
 
 def test_a_field_is_not_copied_without_need_and_never_converted() -> None:
     values = np.zeros((3, 4))
-    assert field("z", values) is values
-    assert field("z", np.ma.masked_array(values, mask=False)).shape == (3, 4)
-    assert field("z", [[1, 2], [3, 4]]).dtype == np.float64
+    assert field_of("z", values) is values
+    assert field_of("z", np.ma.masked_array(values, mask=False)).shape == (3, 4)
+    assert field_of("z", [[1, 2], [3, 4]]).dtype == np.float64
     for bad in (values + 0j, values > 0, np.full((3, 4), "1"), [[1.0], [1.0, 2.0]], np.zeros(3), None, object()):
         with pytest.raises(ArgumentError, match=r"z = .*allowed"):
-            field("z", bad)
+            field_of("z", bad)
 
 
 def test_a_flag_is_no_text_and_a_text_no_number() -> None:
@@ -103,7 +103,7 @@ def test_a_pair_is_of_two() -> None:
 def test_an_error_travels_between_processes() -> None:
     """It is unpickled from its arguments, which are not those of Exception: in a pool of workers it was lost."""
     with pytest.raises(ArgumentError) as caught:
-        field("heights", np.zeros((2, 3)), (4, 4))
+        field_of("heights", np.zeros((2, 3)), (4, 4))
     back = pickle.loads(pickle.dumps(caught.value))
     assert type(back) is ArgumentError
     assert (str(back), back.name, back.allowed) == (str(caught.value), "heights", caught.value.allowed)
