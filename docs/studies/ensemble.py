@@ -28,6 +28,7 @@ from continuum.inputs.reading import load
 from continuum.store.sheet import Column, Entry, Sheet
 
 POTENTIALS = ("Cu_mishin1.eam.alloy", "Ni_u3.eam", "Al_zhou.eam.alloy")
+LENNARD_JONES = "lennard-jones"
 JUDGED = ("gold", "silver", ensemble.SPRINGS)
 OTHERS = (301, 302, 303)
 """Surfaces on the slab of ``quick.toml`` that were not run before the limits of all steps were written down."""
@@ -43,6 +44,8 @@ class Family(NamedTuple):
     depth: float
     """In λ_s."""
     cases: tuple[Case, ...]
+    branches: tuple[str, ...] = ("approach",)
+    """With adhesion; without it there is one."""
 
 
 CRYSTALS = Family(tuple(range(101, 109)), 2.0, ((0.0, (0.1, 0.01), (0.1, 0.25)), (0.005, (0.1,), (0.1, 0.25))))
@@ -56,11 +59,18 @@ DEEP = Family(
     ),
 )
 """As in ``inputs/validate/quick.toml``."""
+DEEP_CRYSTALS = Family(
+    tuple(range(111, 119)),
+    4.0,
+    ((0.0, (0.1, 0.001), (0.035, 0.1, 0.25)), (0.005, (0.1,), (0.1, 0.25))),
+    ("approach", "retract"),
+)
+"""As in the inputs of metals and of Lennard-Jones."""
 
 
 def text(crystal: str, family: Family) -> str:
     """The input of a crystal."""
-    kind = 'kind = "springs"' if crystal == ensemble.SPRINGS else f'kind = "eam"\nfile = "{crystal}"'
+    kind = f'kind = "eam"\nfile = "{crystal}"' if crystal in POTENTIALS else f'kind = "{crystal}"'
     s = ensemble.LAMBDA_S
     parts = [
         f"[interatomic]\n{kind}\n[slab]\nn = {round(ensemble.PERIOD * s)}\ndepth = {family.depth * s}",
@@ -70,7 +80,7 @@ def text(crystal: str, family: Family) -> str:
     for i, (length, slopes, areas) in enumerate(family.cases):
         parts.append(f'[[case]]\nname = "case{i}"\nadhesion_length = {length}')
         parts.append(f"rms_slopes = {list(slopes)}\nareas = {list(areas)}")
-        parts.append('branches = ["approach"]' if length > 0 else "")
+        parts.append(f"branches = {list(family.branches)}" if length > 0 else "")
     return "\n".join(parts) + "\n"
 
 
