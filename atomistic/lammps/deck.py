@@ -28,7 +28,7 @@ from atomistic.lammps import crystal_wall, plugin
 from atomistic.lammps import directory as disk
 from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal
 from atomistic.lammps.language import filled, formatted, listing, read_template, vocabulary
-from atomistic.lammps.law import NO_CORE, TOLERANCE, law_of_atoms, name_of, native_law, wall_table
+from atomistic.lammps.law import NO_CORE, TOLERANCE, felt, law_of_atoms, name_of, native_law, wall_table
 from atomistic.lammps.protocol import Protocol, time_unit, times_area
 from atomistic.lammps.result import UNITS
 from atomistic.lammps.shape import Shape, check_shape, misfit, shape_of
@@ -291,7 +291,7 @@ def heights_above(slab: AnySlab, heights: Real, profile: Real, shape: Shape | No
 
 def _near(deck: Deck) -> str:
     """Whether an atom is high enough to be reached by the wall, in LAMMPS' language."""
-    depth = deck.surface + deck.lowest - deck.law.reach
+    depth = deck.surface + deck.lowest - felt(deck.law)
     if not np.isfinite(depth):
         return "gmask(all)"
     return f"z>(v_separation+({formatted(depth)}))*v_length_unit"

@@ -1,8 +1,9 @@
 """Wall laws as LAMMPS formulas: atom-style variables ``v_traction_of_gap`` and ``v_energy_of_gap``, per area.
 
-The formulas are those of :mod:`continuum.model.laws`.  A table becomes cubic pieces of equal length, as few as a
-tolerance allows, whose coefficients LAMMPS looks up by the number of the piece (``compute global/atom``), at a cost
-independent of their number.  The remaining error is measured and written into the deck.
+A law becomes cubic pieces of equal length, as few as a tolerance allows, whose coefficients LAMMPS looks up by the
+number of the piece (``compute global/atom``), at a cost independent of their number.  The remaining error is measured
+and written into the deck.  The paper's law and the exponential are formulas, as in :mod:`continuum.model.laws`: they
+take less time by the factor in ``docs/studies/deck_costs.md``, inverse powers do not.
 """
 
 from __future__ import annotations
@@ -72,7 +73,15 @@ def law_of_atoms(wall: Wall, layer: float) -> Wall:
     wall : law of the surface, no hard wall.
     layer : d, in a0.
     """
-    return wall if wall.reach <= wall.zero_gap + layer else _layered(wall, layer)
+    if wall.reach <= wall.zero_gap + layer:
+        return wall
+    return PARTS.get(type(wall), _layered)(wall, layer)
+
+
+def _weaker(wall: Exponential, layer: float) -> Exponential:
+    gamma, rho, stiffness = wall.surface_energy, wall.decay_length, wall.core_stiffness
+    below = gamma * np.exp(-layer / rho)
+    return Exponential(float(gamma - below), rho, float(stiffness + below / rho**2))
 
 
 @lru_cache(maxsize=16)
@@ -84,10 +93,10 @@ def _layered(wall: Wall, layer: float) -> TabulatedWall:
 
 @lru_cache(maxsize=4)
 def _native_law(wall: Wall, tolerance: float) -> NativeLaw:
-    return LAWS.get(type(wall), _in_pieces)(wall, tolerance)
+    return LAWS.get(type(wall), in_pieces)(wall, tolerance)
 
 
-def _with_core(
+def with_core(
     wall: Wall,
     law: str,
     traction: str = "ternary(v_gap>v_core,v_law,v_core_push)",
@@ -100,6 +109,12 @@ def _with_core(
     return NativeLaw(_filled("core", **words), error)
 
 
+def felt(wall: Wall) -> float:
+    """Gap beyond which a law has no force, or that of an exponential is below rounding; infinite if there is none."""
+    decay = getattr(wall, "decay_length", None)
+    return wall.reach if decay is None else -decay * float(np.log(np.finfo(np.float64).eps))
+
+
 def _filled(kind: str, **values: object) -> str:
     return filled(read_template(f"law.{kind}"), values).rstrip()
 
@@ -107,18 +122,12 @@ def _filled(kind: str, **values: object) -> str:
 def _spline(wall: LennardJonesSpline, tolerance: float) -> NativeLaw:
     attraction = _filled("spline-attraction" if wall.range > 0 else "spline-repulsive")
     words = {"k": wall.minimum_stiffness, "range": wall.range, "work": wall.work_of_adhesion, "attraction": attraction}
-    return _with_core(
+    return with_core(
         wall,
         _filled("spline", **words),
         "ternary(v_gap>1.0,-v_pull,ternary(v_gap>v_core,v_push,v_core_push))",
         "ternary(v_gap>1.0,v_pull_energy,ternary(v_gap>v_core,v_push_energy,v_core_push_energy))",
     )
-
-
-def _inverse_powers(wall: InversePowers, tolerance: float) -> NativeLaw:
-    m, n = wall.powers
-    c = wall.minimum_stiffness / (m - n)
-    return _with_core(wall, _filled("inverse-powers", c=c, m=m, n=n, m1=m + 1, n1=n + 1))
 
 
 def _exponential(wall: Exponential, tolerance: float) -> NativeLaw:
@@ -140,10 +149,10 @@ def _table(wall: TabulatedWall, tolerance: float) -> NativeLaw:
         start=x[0],
         length=(x[-1] - x[0]) / c.shape[1],
     )
-    return _with_core(wall, text, error=error)
+    return with_core(wall, text, error=error)
 
 
-def _in_pieces(wall: Wall, tolerance: float) -> NativeLaw:
+def in_pieces(wall: Wall, tolerance: float) -> NativeLaw:
     """A law that has no formula here, by a table of its traction; one without cut-off is shifted to end at zero."""
     gap = _knots(wall)
     traction = wall.evaluate(gap).traction
@@ -156,11 +165,13 @@ def _in_pieces(wall: Wall, tolerance: float) -> NativeLaw:
 
 LAWS: dict[type[Wall], Callable[[Any, float], NativeLaw]] = {
     LennardJonesSpline: _spline,
-    InversePowers: _inverse_powers,
+    InversePowers: in_pieces,
     Exponential: _exponential,
     TabulatedWall: _table,
 }
-"""Functions that write laws as formulas; others are written as cubic pieces, and decks of them are read as tables."""
+"""Functions that write the laws that decks name; others are written as cubic pieces, and read again as tables."""
+PARTS: dict[type[Wall], Callable[[Any, float], Wall]] = {Exponential: _weaker}
+"""Parts of laws that reach the second layer, where these are laws of a kind; others are tables."""
 
 
 def name_of(wall: Wall) -> str:

@@ -15,7 +15,7 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.front.cli import main
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import run_in_process
-from atomistic.lammps.law import LAWS, NativeLaw, name_of, native_law, read_wall_table
+from atomistic.lammps.law import LAWS, NativeLaw, felt, law_of_atoms, name_of, native_law, read_wall_table
 from atomistic.lammps.session import Session
 from continuum.model.walls import Exponential, LennardJonesSpline, Wall
 from continuum.model.walls.inverse_powers import LennardJones93
@@ -87,6 +87,24 @@ def test_the_formulas_are_the_law(tmp_path, name):
     assert np.allclose(energy, law.energy, rtol=0, atol=1e-15 * np.abs(energy).max())
     if isinstance(wall, TabulatedWall):
         assert (read_wall_table(tmp_path / "wall.table").gap == wall.gap).all()
+
+
+def test_the_layers_of_a_slab_at_rest_have_an_exponential_again():
+    wall, layer = Exponential(0.02, 0.5, 3.0), 0.5**0.5
+    part, depth = law_of_atoms(wall, layer), layer * np.arange(60)[:, None]
+    outside, core = np.linspace(0.0, 2.0, 9), np.linspace(-0.1, 0.0, 9)
+    for gap in (outside, core):
+        found = [np.sum(each, axis=0) for each in part.evaluate(gap + depth)[:2]]
+        # The remainder of the exponential below its third order, and one of rounding.
+        rest = (
+            0.02 / 6 * np.minimum(gap, 0.0) ** 2 / 0.5**2 * np.array([-np.minimum(gap, 0.0) / 0.5, 3 / 0.5 + 0 * gap])
+        )
+        for each, whole, left in zip(found, wall.evaluate(gap)[:2], rest, strict=True):
+            assert (np.abs(each - whole) <= np.exp(-layer / 0.5) * 1.1 * left + 1e-15).all()
+    assert np.isinf(felt(LennardJones93(adhesion_length=0.02)))
+    assert np.abs(part.evaluate(np.array([felt(part)])).traction / part.largest_tension) == pytest.approx(2**-52)
+    # Without a second layer it is whole.
+    assert law_of_atoms(wall, np.inf) == wall
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
