@@ -200,8 +200,9 @@ class BoundGrid(Protocol):
     z is held without its level, a number.  s = M z and m, about M 1, vanish off the contact; a trial is a pressure that
     may become p.  Sums are over the points.
 
-    M = Eᵀ K E: a displacement given on the contact is extended by E to the points around it, and what K makes of that
-    is taken back by Eᵀ.  On the contact E changes nothing; beside it stands the mean of the contact near by.
+    M is K between neighbours of the contact, for what deviates from its means near by, and K on nodes for these means:
+    :mod:`continuum.solve.compiled.two_levels`.  On tiles M = Eᵀ K E: E extends a displacement of the contact to the
+    points around it.
     """
 
     @property

@@ -10,14 +10,14 @@ contact alone.  Conjugate gradients on the points that press or overlap, after P
 a step that would pull is cut at p = 0 and taken only if the energy falls, shortened if need be (two-metric projection:
 Bertsekas, SIAM J. Control Optim. 20, 221 (1982)).
 
-What makes it fast is the preconditioner.  The inverse of G between the points of the contact is Eᵀ K E, where E extends
-a displacement from there to all points as the free surface follows it.  M has a simpler E: beside the contact the mean
-of the contact near by (:mod:`continuum.solve.compiled.extending`).  It is symmetric and positive whatever E is.  The
-mean mode enters by the rank-one formula of Sherman and Morrison, whose limit of no mean stiffness is a given mean
-pressure.  An iteration costs two pairs of transforms, two and a half if its step was cut.
+What makes it fast is the preconditioner, which needs no transform of the grid: K between neighbours of the contact, for
+what deviates from the means near by, and K on nodes of some eight points' spacing for these means
+(:mod:`continuum.solve.compiled.two_levels`).  It is symmetric and positive whatever the contact is.  The mean mode
+enters by the rank-one formula of Sherman and Morrison, whose limit of no mean stiffness is a given mean pressure.  An
+iteration costs one pair of transforms, one and a half if its step was cut.
 
-On large grids all of this happens on tiles of the contact first, which have a model of G, and the whole grid only says
-what the model missed (:mod:`continuum.solve.compiled.tiles`): four or five pairs of it, instead of two an iteration.
+On large grids all of this happens on tiles of the contact first, which have a model of the response, and the whole grid
+only says what the model missed (:mod:`continuum.solve.compiled.tiles`): four or five pairs of it.
 
 It stops by the largest error of the gap: what closes the contact, or lifts an overlap.  That bounds the residual.
 

@@ -8,14 +8,27 @@ import numpy as np
 
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
-from continuum.solve.arrays.library import Array, Library
+from continuum.solve.arrays.library import Array, Library, fused
 from continuum.solve.arrays.modes import Modes, mean, square, sum_of, without_mean
-from continuum.solve.backend import SMALLEST_GAP, SPREAD, factor_of, most_work, nodes
+from continuum.solve.backend import (
+    BESIDE,
+    SMALLEST_GAP,
+    SPREAD,
+    factor_of,
+    most_work,
+    near_kernel,
+    node_stiffness,
+    nodes,
+)
 from continuum.solve.solution import Work
+
+NEIGHBOURS = [
+    (i, j) for i in range(-BESIDE, BESIDE + 1) for j in range(-BESIDE, BESIDE + 1) if i * i + j * j <= BESIDE**2
+]
 
 
 class ArrayBoundGrid(Modes):
-    """Pressure p, gap z without its level, direction t over the points of one grid, and the preconditioner Eᵀ K E.
+    """Pressure p, gap z without its level, direction t over the points of one grid, and the preconditioner.
 
     Parameters
     ----------
@@ -39,6 +52,9 @@ class ArrayBoundGrid(Modes):
         super().__init__(library, grid, self._stiffness_q)
         self._smallest = smallest
         self._hats = [library.put(hats(*each)) for each in zip(grid.shape, nodes(grid), strict=True)]
+        self._kernel = library.put(near_kernel(grid, self._stiffness_q))
+        node_grid, stiffness = node_stiffness(grid, self._stiffness_q)
+        self._nodes = Modes(library, node_grid, stiffness)
         waves = self._stiffness_q.ravel()[1:]
         self.stiffest, self.softest = float(max(waves.max(), SMALLEST_GAP)), float(waves.min())
 
@@ -64,7 +80,7 @@ class ArrayBoundGrid(Modes):
         self.set_mean_stiffness(mean_stiffness if np.isfinite(mean_stiffness) else 0.0)
         positive = self.K > 0
         self._G = self.xp.where(positive, 1 / self.xp.where(positive, self.K, 1.0), 0.0)
-        self.p, self.transforms, self.trials = self.zeros(), 0, 0
+        self.p, self.transforms, self.trials = self.zeros(), 0.0, 0
         self.mask, self.m = self.p > 0, self.p + 1
 
     def set_coarser_problem(self) -> ArrayBoundGrid | None:
@@ -163,19 +179,24 @@ class ArrayBoundGrid(Modes):
         if not float(sum_of(self.xp, self.m)) > 0:
             self.m = ones
 
-    def _near(self, field: Array) -> Array:
-        """Summed onto the nodes, and spread from them."""
+    def _onto_nodes(self, field: Array) -> Array:
+        """A field, summed onto the nodes."""
         P, Q = self._hats
-        return P @ (P.T @ field @ Q) @ Q.T * (P.shape[1] * Q.shape[1] / self.size)
+        return P.T @ field @ Q * (P.shape[1] * Q.shape[1] / self.size)
+
+    def _from_nodes(self, values: Array) -> Array:
+        """What the nodes spread over the contact."""
+        P, Q = self._hats
+        return P @ values @ Q.T * self.xp.astype(self.mask, self.xp.float64)
 
     def _stiffened(self, values: Array) -> Array:
-        """Eᵀ K E of values on the contact: beside it E has their mean within hat functions."""
-        xp, (row, column) = self.xp, self.marks.first
-        mask = xp.astype(self.mask, xp.float64)
-        beside = xp.where(self.mask, 0.0, 1 / (self._near(mask) + SPREAD))
-        values_q = self.forward(values + beside * self._near(values))
-        held = self.inverse(xp.where(row & column, self.softest, self.K) * values_q)
-        return (held + self._near(beside * held)) * mask
+        """M of values on the contact: :mod:`continuum.solve.compiled.two_levels`."""
+        density = self._onto_nodes(self.xp.astype(self.mask, self.xp.float64)) + SPREAD
+        means = self._onto_nodes(values) / density
+        near = _neighbours(self.library, values - self._from_nodes(means), self.mask, self._kernel)
+        far = self._nodes.inverse(self._nodes.K * self._nodes.forward(means))
+        self.transforms += 2 * self._nodes.size / self.size
+        return near + self._from_nodes((far - self._onto_nodes(near)) / density)
 
     def precondition(self, level: float) -> float:
         self.s = self._stiffened(self.xp.where(self.mask, self.z + level, 0.0))
@@ -266,6 +287,15 @@ class ArrayBoundGrid(Modes):
 
     def take(self, tiles: Any) -> None:
         raise NotImplementedError
+
+
+@fused
+def _neighbours(xp: Any, values: Array, mask: Array, kernel: Array) -> Array:
+    """K of a field between neighbours, on the contact."""
+    total = 0.0
+    for i, j in NEIGHBOURS:
+        total = total + kernel[BESIDE + i, BESIDE + j] * xp.roll(values, (-i, -j), axis=(0, 1))
+    return xp.where(mask, total, 0.0)
 
 
 def hats(points: int, count: int) -> Real:

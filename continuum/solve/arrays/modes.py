@@ -47,7 +47,7 @@ class Modes:
             (library.put(rows == 0, self.xp.bool), library.put(columns == 0, self.xp.bool)),
             (library.put(rows < nx / 2, self.xp.bool), library.put(columns < ny / 2, self.xp.bool)),
         )
-        self.transforms = self.trials = 0
+        self.transforms, self.trials = 0.0, 0
         self._mean_stiffness = np.nan
         if coarse is not None:
             m, n = coarse.mode_numbers

@@ -85,7 +85,7 @@ class ArrayLinearGrid(_Descending):
         super().__init__(library, grid, stiffness_q, getattr(library.xp, kind))
         self.linear = coarser
         self._recorded: dict[Any, Callable[..., tuple[Array, Array]]] = {}
-        self._transforms: dict[Any, list[int]] = {}
+        self._transforms: dict[Any, list[float]] = {}
 
     @property
     def chain(self) -> list[ArrayLinearGrid]:

@@ -77,7 +77,7 @@ class Passes:
 
     def forget_work(self) -> None:
         """Count the work from zero again."""
-        self.transforms, self.trials, self.fft_seconds = 0, 0, 0.0
+        self.transforms, self.trials, self.fft_seconds = 0.0, 0, 0.0
 
     @property
     def own_work(self) -> Work:

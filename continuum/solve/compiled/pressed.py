@@ -1,19 +1,19 @@
-"""What vanishes off a contact on processor cores: where it may not, its transforms, and the preconditioner Eᵀ K E."""
+"""What vanishes off a contact on processor cores: where it may not, its transforms, and the preconditioner."""
 
 import time
 from functools import cached_property
 
 import numpy as np
 
-from continuum.model.fourier import Real, rows_forward, rows_inverse
+from continuum.model.fourier import Real, columns_forward, columns_inverse, padded, rows_forward, rows_inverse
 from continuum.model.grid import Grid
-from continuum.solve.backend import SPREAD
-from continuum.solve.compiled import extending, pressing
+from continuum.solve.backend import SPREAD, near_kernel, node_stiffness
+from continuum.solve.compiled import pressing, two_levels
 from continuum.solve.compiled.compiling import Marks, Mask
-from continuum.solve.compiled.extending import Nodes
 from continuum.solve.compiled.passes import Sweep
 from continuum.solve.compiled.pressing import ContactPoints
 from continuum.solve.compiled.tiles import TilePasses
+from continuum.solve.compiled.two_levels import Nodes
 
 
 class ContactPasses(TilePasses):
@@ -39,7 +39,9 @@ class ContactPasses(TilePasses):
         self.touched: Marks = np.full(self.near.shape, 2, dtype=np.uint8)
         self.lowest, self.worst = np.zeros(self.near.shape), np.zeros(grid.shape[0])
         self.mask: Mask = np.zeros(grid.shape, dtype=np.bool_)
-        self.nodes = Nodes.of(grid)
+        self.nodes, self.kernel = Nodes.of(grid), near_kernel(grid, K)
+        node_grid, self.K_nodes = node_stiffness(grid, K)
+        self.node_q, self.far = padded(node_grid.shape_q, np.complex128), np.zeros(node_grid.shape)
 
     def set_mean_stiffness(self, stiffness: float, *, held: bool) -> None:
         super().set_mean_stiffness(stiffness, held=held)
@@ -117,42 +119,36 @@ class ContactPasses(TilePasses):
     def _stiffen(self, out: Real, z: Real | None, shift: float) -> float:
         """Set out <- M f on the contact, 0 off it, of f = z + shift, or shift without z; returns its sum.
 
-        For E see :mod:`continuum.solve.compiled.extending`.
+        For M see :mod:`continuum.solve.compiled.two_levels`.
         """
-        self.transforms += 2
-        n, mask, nodes, contact = self.n, self.mask, self.nodes, self.contact
-        self.sweep(extending.collect_contact, z, shift, out, contact, nodes)
+        nodes, contact = self.nodes, self.contact
         used: Mask = np.any(self.touched, axis=1)
-        extending.sum_lines(used, nodes, nodes.lines, nodes.field)
-        extending.sum_lines(used, nodes, nodes.counts, nodes.density)
-        reached = nodes.reached()
+        self.sweep(two_levels.collect_contact, z, shift, out, contact, nodes)
+        two_levels.sum_lines(used, nodes, nodes.counts, nodes.density)
+        two_levels.sum_lines(used, nodes, nodes.lines, nodes.field)
+        nodes.density[...] += SPREAD
+        nodes.field[...] /= nodes.density
+        self.sweep(two_levels.subtract_means, out, contact, nodes)
+        far = self._far(nodes.field[:-1, :-1])
+        near = self.w  # no transform of the grid is under way
+        self.sweep(two_levels.sum_neighbours, out, self.kernel, near, contact, nodes)
+        two_levels.sum_lines(used, nodes, nodes.lines, nodes.field)
+        field = nodes.field[:-1, :-1]
+        np.subtract(far, field, out=field)
+        nodes.field[-1], nodes.field[:, -1] = nodes.field[0], nodes.field[:, 0]
+        nodes.field[...] /= nodes.density
+        return float(self.sweep(two_levels.add_nodes, near, out, contact, nodes)[0])
 
-        def forward(first: int, last: int, sums: Real) -> float:
-            buffer, end, seconds = self._buffer(last - first), first, 0.0
-            for a, b in runs(reached[first:last], first):
-                self.work_q[end:a] = 0.0
-                extending.extend(a, b, sums, buffer, mask, out, nodes, SPREAD)
-                began = time.perf_counter()
-                rows_forward(buffer[: b - a, :n], self.work_q[a:b])
-                end, seconds = b, seconds + time.perf_counter() - began
-            self.work_q[end:last] = 0.0
-            return seconds
-
-        def inverse(first: int, last: int, sums: Real) -> float:
-            buffer, seconds = self._buffer(last - first), 0.0
-            for a, b in runs(reached[first:last], first):
-                began = time.perf_counter()
-                rows_inverse(self.work_q[a:b], buffer[: b - a, :n])
-                seconds += time.perf_counter() - began
-                extending.withdraw(a, b, sums, buffer, mask, out, nodes, SPREAD)
-            return seconds
-
-        self.over(forward, self.row_edges)
-        K, softest = self.K, self.softest
-        self.spectral(lambda a, b, sums: pressing.stiffness(a, b, sums, self.w, K, softest), forward=True, inverse=True)
-        self.over(inverse, self.row_edges)
-        extending.sum_lines(reached, nodes, nodes.lines, nodes.field)
-        return float(self.sweep(extending.give_back, out, contact, nodes)[0])
+    def _far(self, means: Real) -> Real:
+        """K on the nodes."""
+        spectrum, far = self.node_q, self.far
+        rows_forward(means, spectrum)
+        columns_forward(spectrum)
+        spectrum *= self.K_nodes
+        columns_inverse(spectrum)
+        rows_inverse(spectrum, far)
+        self.transforms += 2 * far.size / self.size
+        return far
 
 
 def runs(used: Mask, first: int) -> list[tuple[int, int]]:

@@ -92,8 +92,8 @@ def stiffness(first: int, last: int, sums: Real, work: Field, K: Field, least: f
 def correct(
     start: int, stop: int, sums: Real, z: Real, change: Real, t: Real, s: Real, weight: float, contact: ContactPoints
 ) -> None:
-    """Set s <- s - weight m on the contact, t <- 0 off it.  sums: of s², z s, (change of z) s, t, z t, z m."""
-    mask, m, n, touched = contact
+    """Set s <- s - weight m on the contact, s and t <- 0 off it.  sums: of s², z s, (change of z) s, t, z t, z m."""
+    mask, ones, n, touched = contact
     ss = zs = ys = in_t = zt = zm = 0.0
     for i in range(start, stop):
         for tile in range(touched.shape[1]):
@@ -101,19 +101,17 @@ def correct(
                 continue
             a, b = tile * TILE, min(tile * TILE + TILE, n)
             marks, zi, yi = mask[i, a:b], z[i, a:b], change[i, a:b]
-            ti, si, mi = t[i, a:b], s[i, a:b], m[i, a:b]
-            for j in range(zi.size):
-                if marks[j]:
-                    new = si[j] - weight * mi[j]
-                    si[j] = new
-                    ss += new * new
-                    zs += zi[j] * new
-                    ys += yi[j] * new
-                    in_t += ti[j]
-                    zt += zi[j] * ti[j]
-                    zm += zi[j] * mi[j]
-                else:
-                    ti[j] = 0.0
+            ti, si, mi = t[i, a:b], s[i, a:b], ones[i, a:b]
+            for j in range(zi.size):  # without a branch, so that it vectorises
+                new = si[j] - weight * mi[j] if marks[j] else 0.0
+                along, m = (ti[j], mi[j]) if marks[j] else (0.0, 0.0)
+                si[j], ti[j] = new, along
+                ss += new * new
+                zs += zi[j] * new
+                ys += yi[j] * new
+                in_t += along
+                zt += zi[j] * along
+                zm += zi[j] * m
             if touched[i, tile] == 1:
                 touched[i, tile] = 0
     sums[0], sums[1], sums[2], sums[3], sums[4], sums[5] = ss, zs, ys, in_t, zt, zm

@@ -13,14 +13,15 @@ import numpy as np
 import pytest
 
 from continuum.model.grid import Grid
-from continuum.solve.compiled import extending, near_field, pressing
+from continuum.solve.compiled import near_field, pressing, two_levels
 from continuum.solve.compiled.compiling import SUMS, TILE
-from continuum.solve.compiled.extending import Nodes
 from continuum.solve.compiled.pressing import ContactPoints
+from continuum.solve.compiled.two_levels import Nodes
 
 GRID = Grid((12, 160), (12.0, 160.0))
 ROWS, N = GRID.shape
 START, STOP, MOST = 3, 11, 0.8
+KERNEL = np.array([[0.0, 0.1, 0.0], [0.2, 1.0, 0.3], [0.0, -0.4, 0.0]])
 SWEEPS: dict[str, Callable[[Any], tuple[Any, ...]]] = {
     "level": lambda f: (f.p, f.z, MOST, f.contact),
     "select": lambda f: (f.p, f.z, 0.1, MOST, f.lowest, f.contact),
@@ -32,9 +33,11 @@ SWEEPS: dict[str, Callable[[Any], tuple[Any, ...]]] = {
     "arrive": lambda f: (f.p, f.z, f.out, N, f.touched, f.lowest),
     "work_above": lambda f: (f.p, f.z, -0.5, N, f.touched),
     "collect_contact": lambda f: (f.z, 0.1, f.s, f.contact, f.nodes),
-    "give_back": lambda f: (f.s, f.contact, f.nodes),
+    "subtract_means": lambda f: (f.s, f.contact, f.nodes),
+    "sum_neighbours": lambda f: (f.z, KERNEL, f.out, f.contact, f.nodes),
+    "add_nodes": lambda f: (f.z, f.s, f.contact, f.nodes),
 }
-KERNELS = vars(extending) | vars(pressing)
+KERNELS = vars(two_levels) | vars(pressing)
 
 
 def swept(name: str, *, held: bool) -> tuple[Any, Any]:

@@ -1,13 +1,16 @@
-"""Compiled sweeps that extend a field from the contact to what lies around it, and the adjoint of this.
+"""Compiled sweeps of the preconditioner under a bound: neighbours on the contact, and means on nodes.
 
-A hat function stands on each node of a grid of some eight points' spacing.  f on the contact is summed onto the nodes
-(R) and spread from them (P = Rᵀ); beside the contact the extension is the mean of f near by, P R f/(P R 1 + spread),
-which fades out where there is little contact within reach.  Its adjoint adds to the contact what the free points hold.
+A field f on the contact is split into its local means and what deviates from them.  A hat function stands on each node
+of a grid of some eight points' spacing; f is summed onto the nodes (R), c = R f/(R 1 + spread) are its means, and
+d = f - P c, on the contact, the deviations (P = Rᵀ spreads).  K acts on d by its nearest neighbours alone, since what
+has no mean near by does not reach far, and on c as on a grid of these nodes::
+
+    M = (1 - P W)ᵀ K_near (1 - P W) + Wᵀ K_nodes W,    W f = c
 
 Rows of points are summed onto the nodes along y first, in ``lines``, each row by itself, so that threads do not meet.
 Arrays over nodes repeat the first row and column behind the last: the period.  ``node`` and ``part`` say, for each
-column of points, behind which node it lies and how far, in parts of the spacing; ``edges`` where the columns of each
-node begin; ``node_x`` and ``part_x`` the same of rows.
+column of points, behind which node it lies and how far, in parts of the spacing; ``node_x`` and ``part_x`` the same of
+rows.
 """
 
 from __future__ import annotations
@@ -31,12 +34,11 @@ class Nodes(NamedTuple):
     part_x: Real
     node: Index
     part: Real
-    edges: Index
     lines: Real
-    """Sum of a field over each row of points; in ``counts`` that of ones, or their density at its nodes."""
+    """Sum of a field over each row of points; in ``counts`` that of ones."""
     counts: Real
     field: Real
-    """The sum of a field over the nodes, and in ``density`` that of ones."""
+    """The sum of a field over the nodes, or what they spread; in ``density`` the sum of ones."""
     density: Real
     scale: float
 
@@ -46,21 +48,14 @@ class Nodes(NamedTuple):
         nx, ny = nodes(grid)
         lines, counts = np.zeros((2, grid.shape[0], ny + 1))
         field, density = np.zeros((2, nx + 1, ny + 1))
-        (node_x, part_x, _), along_y = _along(grid.shape[0], nx), _along(grid.shape[1], ny)
-        return cls(node_x, part_x, *along_y, lines, counts, field, density, nx * ny / grid.size)
-
-    def reached(self) -> Mask:
-        """The rows of points that have contact near by."""
-        rows: Mask = np.any(self.density, axis=1)
-        reached: Mask = rows[self.node_x] | (rows[self.node_x + 1] & (self.part_x > 0))
-        return reached
+        along = *_along(grid.shape[0], nx), *_along(grid.shape[1], ny)
+        return cls(*along, lines, counts, field, density, nx * ny / grid.size)
 
 
-def _along(points: int, count: int) -> tuple[Index, Real, Index]:
-    """Along one direction: the node before each point, its distance in spacings, and where each node's points begin."""
+def _along(points: int, count: int) -> tuple[Index, Real]:
+    """Along one direction: the node before each point, and its distance in spacings."""
     behind = np.arange(points) * count
-    edges = -(-(np.arange(count + 1) * points) // count)
-    return behind // points, (behind % points) / points, edges
+    return behind // points, (behind % points) / points
 
 
 @compiled
@@ -134,61 +129,66 @@ def _across(values: Real, a: int, w: float, line: Real) -> None:
 
 
 @compiled
-def extend(start: int, stop: int, sums: Real, buffer: Real, mask: Mask, out: Real, nodes: Nodes, spread: float) -> None:
-    """Set buffer <- out on the contact, its extension elsewhere; over nodes, field is its sum, density that of 1.
-
-    Of each row, counts <- the density at its nodes.
-    """
-    edges, part = nodes.edges, nodes.part
+def subtract_means(start: int, stop: int, sums: Real, out: Real, contact: ContactPoints, nodes: Nodes) -> None:
+    """Set out <- out - what the nodes spread, on the contact."""
+    mask, _, n, touched = contact
+    node, part = nodes.node, nodes.part
     for i in range(start, stop):
-        line, count = nodes.lines[i], nodes.counts[i]
+        if untouched(touched[i]):
+            continue
+        line = nodes.lines[i]
         _across(nodes.field, nodes.node_x[i], nodes.part_x[i], line)
-        _across(nodes.density, nodes.node_x[i], nodes.part_x[i], count)
-        for b in range(edges.size - 1):
-            first, last = edges[b], edges[b + 1]
-            row = buffer[i - start, first:last]
-            d, f = count[b], line[b]
-            more, further = count[b + 1] - d, line[b + 1] - f
-            if d == 0.0 and more == 0.0:
-                row[:] = 0.0
+        for tile in range(touched.shape[1]):
+            if touched[i, tile] == 0:
                 continue
-            marks, own, parts = mask[i, first:last], out[i, first:last], part[first:last]
-            for j in range(row.size):
-                beside = (f + parts[j] * further) / (d + spread + parts[j] * more)
-                row[j] = own[j] if marks[j] else beside
+            for j in range(tile * TILE, min(tile * TILE + TILE, n)):
+                if mask[i, j]:
+                    b = node[j]
+                    out[i, j] -= line[b] + part[j] * (line[b + 1] - line[b])
 
 
 @compiled
-def withdraw(
-    start: int, stop: int, sums: Real, buffer: Real, mask: Mask, out: Real, nodes: Nodes, spread: float
+def sum_neighbours(
+    start: int, stop: int, sums: Real, values: Real, kernel: Real, out: Real, contact: ContactPoints, nodes: Nodes
 ) -> None:
-    """The adjoint, first half: out <- buffer on the contact, lines <- what the points beside it hold."""
-    edges, part = nodes.edges, nodes.part
+    """Set out <- the kernel's sum of values, zero off the contact, on the contact; lines <- out, summed."""
+    mask, _, n, touched = contact
+    node, part, lines, rows = nodes.node, nodes.part, nodes.lines, values.shape[0]
+    k02, k42 = kernel[0, 2], kernel[4, 2]
+    k11, k12, k13, k31, k32, k33 = kernel[1, 1], kernel[1, 2], kernel[1, 3], kernel[3, 1], kernel[3, 2], kernel[3, 3]
+    k20, k21, k22, k23, k24 = kernel[2, 0], kernel[2, 1], kernel[2, 2], kernel[2, 3], kernel[2, 4]
     for i in range(start, stop):
-        line, count = nodes.lines[i], nodes.counts[i]
+        if untouched(touched[i]):
+            continue
+        line, result, marks = lines[i], out[i], mask[i]
         line[:] = 0.0
-        for b in range(edges.size - 1):
-            d = count[b]
-            more = count[b + 1] - d
-            if d == 0.0 and more == 0.0:
+        p, q, r = values[(i - 2) % rows], values[(i - 1) % rows], values[i]
+        s, t = values[(i + 1) % rows], values[(i + 2) % rows]
+        for tile in range(touched.shape[1]):
+            if touched[i, tile] == 0:
                 continue
-            first, last = edges[b], edges[b + 1]
-            row, parts = buffer[i - start, first:last], part[first:last]
-            marks, own = mask[i, first:last], out[i, first:last]
-            whole = further = 0.0
-            for j in range(row.size):
-                here = row[j] / (d + spread + parts[j] * more)
-                here = 0.0 if marks[j] else here
-                whole += here
-                further += parts[j] * here
-                own[j] = row[j] if marks[j] else own[j]
-            line[b] += whole - further
-            line[b + 1] += further
+            for c in range(tile * TILE, min(tile * TILE + TILE, n)):
+                if not marks[c]:
+                    continue
+                a, b, d, e = c - 2, c - 1, c + 1, c + 2
+                if a < 0 or e >= n:  # over the edge of the period
+                    a, b, d, e = a % n, b % n, d % n, e % n
+                here = (
+                    k02 * p[c]
+                    + k11 * q[b] + k12 * q[c] + k13 * q[d]
+                    + k20 * r[a] + k21 * r[b] + k22 * r[c] + k23 * r[d] + k24 * r[e]
+                    + k31 * s[b] + k32 * s[c] + k33 * s[d]
+                    + k42 * t[c]
+                )  # fmt: skip
+                result[c] = here
+                f, w = node[c], part[c]
+                line[f] += (1.0 - w) * here
+                line[f + 1] += w * here
 
 
 @compiled
-def give_back(start: int, stop: int, sums: Real, out: Real, contact: ContactPoints, nodes: Nodes) -> None:
-    """The second half: out <- out + what the nodes give to the contact; sums: of out."""
+def add_nodes(start: int, stop: int, sums: Real, near: Real, out: Real, contact: ContactPoints, nodes: Nodes) -> None:
+    """Set out <- near + what the nodes spread, on the contact; sums: of out."""
     mask, _, n, touched = contact
     node, part = nodes.node, nodes.part
     total = 0.0
@@ -203,6 +203,6 @@ def give_back(start: int, stop: int, sums: Real, out: Real, contact: ContactPoin
             for j in range(tile * TILE, min(tile * TILE + TILE, n)):
                 if mask[i, j]:
                     b = node[j]
-                    out[i, j] += line[b] + part[j] * (line[b + 1] - line[b])
+                    out[i, j] = near[i, j] + line[b] + part[j] * (line[b + 1] - line[b])
                     total += out[i, j]
     sums[0] = total
