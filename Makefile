@@ -126,8 +126,8 @@ lint: .venv/installed-dev
 # A peer that cannot be installed here is skipped, and its rows say so.
 .venv-bench/installed: pyproject.toml | .venv-bench/bin/python
 	.venv-bench/bin/python -m pip install --quiet --no-compile --editable .
-	@for extra in bench-adhesion bench-tamaas; do \
-	  .venv-bench/bin/python -m pip install --quiet --no-compile --editable ".[$$extra]" || echo "skipped: the peer of $$extra"; \
+	@for extra in bench-adhesion bench-tamaas bench-aspher; do \
+	  CMAKE_ARGS=-DASPHER_NATIVE=ON .venv-bench/bin/python -m pip install --quiet --no-compile --editable ".[$$extra]" || echo "skipped: the peer of $$extra"; \
 	done
 	@touch $@
 

@@ -150,6 +150,10 @@ def _ratio(row: Row) -> float:
     return float(row["theirs"]["cpu"] / row["ours"]["cpu"])
 
 
+def _two_digits(ratio: float) -> str:
+    return f"{ratio:.0f}" if ratio >= 9.95 else f"{ratio:.1f}"
+
+
 def _each(rows: list[Row], shown: Callable[[Row], str]) -> str:
     return ", ".join(map(shown, rows))
 
@@ -158,7 +162,8 @@ def _spread(rows: list[Row]) -> str:
     """Median and range of the ratios on each grid, and of all."""
     parts = [(f"on {n}²", group) for (n,), group in groups(rows, "n").items()] + [("in all", rows)]
     ratios = {where: [_ratio(row) for row in group] for where, group in parts}
-    found = [f"{where} {median(of):.0f} in the median, {min(of):.0f} to {max(of):.0f}" for where, of in ratios.items()]
+    shown = {where: map(_two_digits, (median(of), min(of), max(of))) for where, of in ratios.items()}
+    found = [f"{where} {middle} in the median, {least} to {most}" for where, (middle, least, most) in shown.items()]
     late = sum(not row["theirs"]["converged"] for row in rows)
     return f"\nThe ratio is {'; '.join(found)} ({len(rows)} states{f', {late} of them not converged' * bool(late)}).\n"
 
@@ -202,7 +207,7 @@ def hard_wall(rows: list[Row]) -> str:
             f"{n}²", peer + ("" if all(row["theirs"]["converged"] for row in group) else " (not converged)"),
             f"{pressure:g}", _each(group, lambda row: f"{100 * row['states'][1]['pixels'] / row['n'] ** 2:.2f}"),
             _each(group, lambda row: f"{row['theirs']['cpu']:.2f} / {row['ours']['cpu']:.2f}"),
-            f"**{_each(group, lambda row: f'{_ratio(row):.0f}')}**",
+            f"**{_each(group, lambda row: _two_digits(_ratio(row)))}**",
             _each(group, lambda row: f"{row['ours']['fft_pairs']:.0f}"),
             _each(group, lambda row: f"{row['theirs']['peak_mib']:.0f} / {row['ours']['peak_mib']:.0f}"),
             _each(group, lambda row: str(row["pixels_different"])),
@@ -213,7 +218,8 @@ def hard_wall(rows: list[Row]) -> str:
     head = ["grid", "peer", "pressure, E*", "area, %", "CPU s, peer / ours", "ratio", "FFT pairs, ours", "peak MiB"]
     head += ["pixels differing", "largest error of the gap, a0"]
     title = "Hard wall at given mean pressures, λ_s = 16 a0, seeds 1, 2"
-    return f"### {title}\n\n{table(head, cells)}{_spread(rows)}"
+    each = [f"\n{peer}: {_spread(group).lstrip()}" for (peer,), group in groups(rows, "peer").items()]
+    return f"### {title}\n\n{table(head, cells)}{''.join(each)}"
 
 
 def threshold(rows: list[Row]) -> str:
@@ -372,7 +378,7 @@ def tables(results: Row) -> str:
     """All tables as Markdown, and below each what is missing."""
     here, made = results["machine"], results["provenance"]
     peers = ", ".join(
-        f"{name} {here[name]}" for name in ("Adhesion", "ContactMechanics", "SurfaceTopography", "tamaas")
+        f"{name} {here[name]}" for name in ("Adhesion", "ContactMechanics", "SurfaceTopography", "tamaas", "aspher")
     )
     text = f"Made {results['date']} in {results['seconds'] / 60:.0f} min"
     if "provenance/git_commit" in made:
@@ -459,7 +465,7 @@ def _draw_peers(axis: Axes, rows: list[Row]) -> None:
     axis.barh(y - 0.2, theirs, 0.38, color=SERIES[1], label="peer")
     axis.barh(y + 0.2, ours, 0.38, color=SERIES[0], label="continuum")
     for i, group in enumerate(same.values()):
-        axis.text(theirs[i] * 1.1, i - 0.2, f"{median(map(_ratio, group)):.0f}x", va="center")
+        axis.text(theirs[i] * 1.1, i - 0.2, f"{_two_digits(median(map(_ratio, group)))}x", va="center")
     axis.set_yticks(y, [f"{peer}, {n}²" for peer, n in same])
     axis.invert_yaxis()
     title = "one problem, one accuracy, one thread\n(number: ratio of the times)"
