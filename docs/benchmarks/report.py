@@ -21,6 +21,7 @@ from docs.benchmarks.cases import (
 __all__ = ["draw", "growth_exponent", "line", "short", "tables", "write"]
 
 Row = dict[str, Any]
+PEERS = ("Adhesion", "ContactMechanics", "SurfaceTopography", "tamaas", "aspher")
 BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
 SHOWN = ("fft_pairs", "area", "cpu", "one_ratio", "all_ratio", "peak_mib")
 
@@ -377,9 +378,7 @@ def _measured(results: Row, name: str) -> list[Row]:
 def tables(results: Row) -> str:
     """All tables as Markdown, and below each what is missing."""
     here, made = results["machine"], results["provenance"]
-    peers = ", ".join(
-        f"{name} {here[name]}" for name in ("Adhesion", "ContactMechanics", "SurfaceTopography", "tamaas", "aspher")
-    )
+    peers = ", ".join(f"{name} {here[name]}" for name in PEERS)
     text = f"Made {results['date']} in {results['seconds'] / 60:.0f} min"
     if "provenance/git_commit" in made:
         changed = ", with changes not committed" if made["provenance/git_dirty"] else ""

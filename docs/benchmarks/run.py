@@ -309,7 +309,7 @@ def machine() -> Row:
     found["processor"] += "".join(
         {f", {name.split(':')[1].strip()}" for name in names if name.startswith("model name")}
     )
-    for name in ("numpy", "scipy", "numba", "ducc0", "Adhesion", "ContactMechanics", "SurfaceTopography", "tamaas", "aspher"):
+    for name in ("numpy", "scipy", "numba", "ducc0", *report.PEERS):
         try:
             found[name] = version(name)
         except PackageNotFoundError:

@@ -96,7 +96,8 @@ def code() -> dict[str, dict[str, str]]:
         members = [(top.name, each) for top in tops if isinstance(top, ast.ClassDef) for each in top.body]
         for within, node in [*((path.stem, top) for top in tops), *members]:
             targets = [node.target] if isinstance(node, ast.AnnAssign) else getattr(node, "targets", [node])
-            for name in filter(None, (getattr(each, "id", getattr(each, "name", None)) for each in targets)):
+            named = [each for target in targets for each in getattr(target, "elts", [target])]  # of a pair, both
+            for name in filter(None, (getattr(each, "id", getattr(each, "name", None)) for each in named)):
                 for known in (f"{within}.{name}", name):
                     found[known][module] = "\n".join(lines[node.lineno - 1 : node.end_lineno])
     return found
