@@ -87,7 +87,7 @@ def _surface(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
     if threshold.source is Basis.BOUNDS:
         return ""
     if np.isnan(threshold.sampling):
-        return "The map spans fewer than three roll-off lengths: this holds for this spot only, not for its surface"
+        return "The map spans fewer than four roll-off lengths: this holds for this spot only, not for its surface"
     low, high = threshold.of_surface
     said = threshold.surface_sticky(prediction.contact.work_of_adhesion)
     answer = "undecided" if prediction.verdict.answer == "undecided" else criteria.ANSWERS[said]

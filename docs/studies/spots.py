@@ -13,14 +13,14 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from pandas import DataFrame, read_csv
+from pandas import DataFrame, Series, read_csv
 
 import continuum as c
 from continuum.maps.map import Topography
 from continuum.maps.mending import detrend
 from continuum.maps.roughness import fit_self_affine, spectrum
 from continuum.maps.verdict.materials import Interface
-from continuum.maps.verdict.sampling import ERRORS
+from continuum.maps.verdict.sampling import ERRORS, Blocks
 from continuum.maps.verdict.threshold import MapThreshold, PressedMap, press_map
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -32,6 +32,10 @@ WHOLE, SPOTS, SEED = 1024, 12, 71
 RATIOS = 8, 4, 2, 0
 """Side of a spot over the roll-off length; 0 where the roll-off is the whole surface."""
 CLAIMED = 8, 4
+OTHER_SEED, ROLL_OFFS = 73, Path(__file__).parents[1] / "measured" / "roll-offs.csv"
+"""Seed and file of the surfaces on which roll-offs are looked for only."""
+STATES = {8: (0.95, 0.85), 4: (0.85, 0.70), 2: (0.10, 0.20), 0: (0.02, 0.05)}
+"""Share of maps that should state an error, by ratio, and that beyond which the statement is refuted."""
 RANGE, SLOPE = 0.5, 0.1
 """Range in rms heights, and rms slope."""
 
@@ -72,10 +76,10 @@ KINDS: Mapping[str, tuple[Callable[[Rng, float, float], Real], int]] = {
 """Kinds of surfaces, and the points along a side of their spots."""
 
 
-def whole(kind: str, ratio: int) -> Real:
+def whole(kind: str, ratio: int, seed: int = SEED) -> Real:
     """A surface, periodic."""
     made, n = KINDS[kind]
-    rng = np.random.default_rng([SEED, list(KINDS).index(kind), ratio])
+    rng = np.random.default_rng([seed, list(KINDS).index(kind), ratio])
     heights = made(rng, 4.0, n / ratio if ratio else float(WHOLE))
     return heights * SLOPE / c.moments(Grid.square(WHOLE), heights).rms_slope
 
@@ -98,8 +102,7 @@ def rows(kind: str, ratio: int) -> list[dict[str, object]]:
     for place in places:
         i, j = (n * int(x) for x in divmod(place, WHOLE // n))
         spot, one = pressed(heights[i : i + n, j : j + n], reach)
-        fit = fit_self_affine(*spectrum(spot.topography))
-        roll_off = fit.roll_off if fit is not None and fit.roll_off else float(n)
+        roll_off = roll_off_of(heights[i : i + n, j : j + n])
         sampling = spot.sampling_error(roll_off)
         # Where the program states none: what thirds of the map would say.
         thirds = spot.sampling_error(n / 3)
@@ -110,13 +113,46 @@ def rows(kind: str, ratio: int) -> list[dict[str, object]]:
     return found
 
 
+def roll_off_of(heights: Real) -> float:
+    """The roll-off that the program finds on a map, in pixels; its side if it finds none."""
+    side = float(heights.shape[0])
+    fit = fit_self_affine(*spectrum(detrend(Topography(heights, (side, side)))))
+    return fit.roll_off if fit is not None and fit.roll_off else side
+
+
+def roll_offs(kind: str, ratio: int) -> list[dict[str, object]]:
+    """The roll-off on every spot of a surface of another seed, without pressing it."""
+    heights, n = whole(kind, ratio, OTHER_SEED), KINDS[kind][1]
+    spots = heights.reshape(WHOLE // n, n, WHOLE // n, n).swapaxes(1, 2).reshape(-1, n, n)
+    return [{"kind": kind, "ratio": ratio, "n": n, "roll_off": f"{roll_off_of(one):.6g}"} for one in spots]
+
+
+def enough(data: DataFrame) -> Series:
+    """Whether a map with this roll-off states an error."""
+    found = [Blocks.of((n, n), roll_off).enough for n, roll_off in zip(data.n, data.roll_off, strict=True)]
+    return Series(found, index=data.index)
+
+
+def states(data: DataFrame) -> Sheet:
+    """How many maps of each ratio state an error, by the roll-off that is found."""
+    cells = []
+    for ratio in RATIOS:
+        rows = data[data.ratio == ratio]
+        share = enough(rows).mean()
+        good, bad = STATES[ratio]
+        word = "held" if (share - good) * (1 if good > bad else -1) >= 0 else \
+            "refuted" if (share - bad) * (1 if good > bad else -1) < 0 else "not decided"  # fmt: skip
+        cells.append((str(ratio or "none"), len(rows), f"{share:.1%}", word))
+    return Sheet.of("Maps that state an error", ("map over roll-off", "maps", "state an error", "verdict"), cells)
+
+
 def judged(data: DataFrame) -> Sheet:
     """How often the stated interval holds the whole, by ratio."""
     cells = []
     for ratio in RATIOS:
         rows = data[data.ratio == ratio]
         away = np.log(rows.work / rows.whole)
-        stated = rows.sampling.notna()
+        stated = rows.sampling.notna() & enough(rows)
         held = away.abs() <= ERRORS * rows.sampling
         alone = (rows.whole >= rows.low) & (rows.whole <= rows.high)
         scatter = np.sqrt((away**2).groupby(rows.kind).mean())
@@ -136,7 +172,7 @@ def judged(data: DataFrame) -> Sheet:
 def held(data: DataFrame, ratio: int) -> float:
     """Share of the stated intervals that hold the whole; of thirds of the map where there is no roll-off."""
     rows = data[data.ratio == ratio]
-    error = rows.sampling if ratio else rows.thirds
+    error = rows.sampling.where(enough(rows)) if ratio else rows.thirds
     stated = error.notna()
     away = np.log(rows.work / rows.whole).abs()
     return float((away <= ERRORS * error)[stated].mean())
@@ -144,7 +180,7 @@ def held(data: DataFrame, ratio: int) -> float:
 
 def width(data: DataFrame, ratio: int) -> float:
     """The median interval of a kind over the scatter of its spots, the median of the kinds."""
-    rows = data[(data.ratio == ratio) & data.sampling.notna()]
+    rows = data[(data.ratio == ratio) & data.sampling.notna() & enough(data)]
     scatter = np.log(rows.work / rows.whole).pow(2).groupby(rows.kind).mean() ** 0.5
     return float((rows.sampling.groupby(rows.kind).median() * ERRORS / scatter).median())
 
@@ -165,24 +201,31 @@ def verdicts(data: DataFrame) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
-    """Add the spots that are missing, and print the table."""
+def add(file: Path, made: Callable[[str, int], list[dict[str, object]]]) -> None:
+    """Add the rows of kinds and ratios that a file lacks."""
     known = set()
-    if FILE.exists():
-        with FILE.open(newline="") as file:
-            known = {(one["kind"], int(one["ratio"])) for one in csv.DictReader(file)}
+    if file.exists():
+        with file.open(newline="") as stored:
+            known = {(one["kind"], int(one["ratio"])) for one in csv.DictReader(stored)}
     for ratio in RATIOS:
         for kind in KINDS:
             if (kind, ratio) in known:
                 continue
-            found, new = rows(kind, ratio), not FILE.exists()
-            with FILE.open("a", newline="") as file:
-                writer = csv.DictWriter(file, list(found[0]), lineterminator="\n")
+            found, new = made(kind, ratio), not file.exists()
+            with file.open("a", newline="") as stored:
+                writer = csv.DictWriter(stored, list(found[0]), lineterminator="\n")
                 if new:
                     writer.writeheader()
                 writer.writerows(found)
             print(kind, ratio, flush=True)  # noqa: T201
-    sys.stdout.write(judged(read_csv(FILE)).markdown() + "\n" + verdicts(read_csv(FILE)))
+
+
+def main() -> None:
+    """Add what is missing, and print the tables."""
+    add(ROLL_OFFS, roll_offs)
+    add(FILE, rows)
+    tables = states(read_csv(ROLL_OFFS)), judged(read_csv(FILE))
+    sys.stdout.write("\n".join(one.markdown() for one in tables) + "\n" + verdicts(read_csv(FILE)))
 
 
 if __name__ == "__main__":

@@ -20,8 +20,9 @@ from continuum.model.fourier import Real
 from continuum.model.walls import Wall
 from continuum.path.threshold import PressedState
 
-FEWEST_BLOCKS = 9
-"""Blocks that a map needs: three roll-off lengths along each side."""
+FEWEST_BLOCKS = 16
+"""Blocks that a map needs: four roll-off lengths along each side.  Of fewer a fit also finds some where there are none,
+by chance of the longest waves (docs/studies/spots.md)."""
 FLOOR = 0.03
 """Relative error that is added in quadrature, of the area and of what the blocks share."""
 WHOLE = 0.15
