@@ -349,6 +349,7 @@ MADE: dict[str, Callable[[], str]] = {
     "adhesion_curve.worst": lambda: adhesion_curve_judged.whole(adhesion_curve_judged.read()),
     "adhesion_curve.loops": lambda: str(len(adhesion_curve_judged.read())),
     "spots": lambda: spots.judged(_stored("spots.csv")).markdown(),
+    "spots.states": lambda: spots.states(_stored("roll-offs.csv")).markdown(),
     "spots.verdicts": lambda: spots.verdicts(_stored("spots.csv")),
     "classes": lambda: classes.verdicts(classes.read()).markdown().partition("\n")[2].strip(),
     "bandwidth": lambda: bandwidth.found(bandwidth.stored()),

@@ -17,7 +17,7 @@ from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.show.answer import statements
 
-N, ROLL_OFF = 96, 24.0
+N, ROLL_OFF = 96, 16.0
 
 
 def rough(n: int, roll_off: float, seed: int = 1) -> np.ndarray:
@@ -32,7 +32,7 @@ def pressed(heights: np.ndarray, unit: float = 1.0) -> PressedMap:
 
 @cache
 def predicted() -> PredictionNumbers:
-    """Of a map of four roll-off lengths."""
+    """Of a map of six roll-off lengths."""
     topography = Topography(1e-9 * rough(N, ROLL_OFF), (N * 1e-9, N * 1e-9), True)
     return prediction_of([topography], Interface(1e9, 1.0, 0.08e-9, None), smallest=4e-9).solved(search=False)
 
@@ -51,9 +51,9 @@ def test_blocks_cover_a_map_and_keep_its_mean() -> None:
 
 def test_equal_blocks_have_no_scatter() -> None:
     """A surface that repeats itself sixteen times is known as well as its one period."""
-    tiled = np.tile(rough(24, 12.0), (4, 4))
+    tiled = np.tile(rough(32, 16.0), (4, 4))
     # The residual of the states, relative to h' E*, and its edges, move the thresholds of blocks by a thousandth.
-    assert pressed(tiled).sampling_error(24.0) == pytest.approx(FLOOR, rel=0.01)
+    assert pressed(tiled).sampling_error(32.0) == pytest.approx(FLOOR, rel=0.01)
 
 
 def test_the_error_of_a_map_is_about_the_scatter_of_spots_and_has_no_unit() -> None:
