@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from pandas import DataFrame, Series, concat, read_csv
 
-from continuum.maps.verdict.adhesion import FEWEST_PATCHES, LARGEST_X, MOST_MOVED
+from continuum.maps.verdict.adhesion import FEWEST_PATCHES, LARGEST_X, LEAST_UNLOADED, MOST_MOVED
 from continuum.store.sheet import Sheet
 from docs.studies.adhesion_curve import FACTORS, FILE, SEEDS
 
@@ -111,6 +111,18 @@ def verdicts(rows: DataFrame) -> Sheet:
     return Sheet.of(
         "Verdicts", ("statement", "found", "verdict"), [(one.name, one.found, one.word) for one in judged(rows)]
     )
+
+
+def by_unloaded(rows: DataFrame) -> Sheet:
+    """Forces on a probe by the work of adhesion, and by the area without load that is predicted."""
+    groups = {f"{factor:g} w_c": rows.factor == factor for factor in FACTORS}
+    groups |= {f"at least {LEAST_UNLOADED:.1%} touch without load": rows.zero_area >= LEAST_UNLOADED,
+               "less": rows.zero_area < LEAST_UNLOADED}  # fmt: skip
+    cells = []
+    for name, chosen in groups.items():
+        probe = rows.probe[chosen].dropna()
+        cells.append((name, probe.size, f"{within(probe, RIGHT):.0%}"))
+    return Sheet.of("The probe", ("loops", "number", f"within {RIGHT:.0%}"), cells)
 
 
 def by_kind(rows: DataFrame) -> Sheet:

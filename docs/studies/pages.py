@@ -345,6 +345,7 @@ MADE: dict[str, Callable[[], str]] = {
     "threshold_of_atoms": lambda: threshold_of_atoms.table(_stored("threshold-atoms.csv")),
     "one_state": lambda: "\n".join(one_state_judged.shown(one_state_judged.read())),
     "adhesion_curve": lambda: adhesion_curve_judged.verdicts(adhesion_curve_judged.read()).markdown(),
+    "adhesion_curve.probe": lambda: adhesion_curve_judged.by_unloaded(adhesion_curve_judged.read()).markdown(),
     "adhesion_curve.kinds": lambda: adhesion_curve_judged.by_kind(adhesion_curve_judged.read()).markdown(),
     "adhesion_curve.worst": lambda: adhesion_curve_judged.whole(adhesion_curve_judged.read()),
     "adhesion_curve.loops": lambda: str(len(adhesion_curve_judged.read())),

@@ -19,6 +19,9 @@ from continuum.theory.smooth import MaugisDugdale
 
 LARGEST_X, FEWEST_PATCHES = 0.5, 10
 """x up to which, and patches from which on, the curve was tested (docs/studies/adhesion_curve.md)."""
+LEAST_UNLOADED = 0.005
+"""Area without load from which on the force on a probe was right to 15 %: on 96 % of 141 loops of the study.  With
+less, where summits touch one by one, it was on 61 % of 49."""
 MOST_MOVED = 0.5
 """Part of the attraction by which moving gaps may change it at the least load: beyond, summits snap and a loop loses.
 With this limit, set on one half of the study, 94 % of the pull-off stresses of the other half are right to 15 %."""
@@ -138,10 +141,11 @@ class MapCurve:
         """Work of adhesion that a sphere feels, and its state where it is closest; None where the curve is not known.
 
         The tension integrated over the gap, by which Derjaguin's approximation has the force on a sphere over 2π R.
+        Not known either where less than :data:`LEAST_UNLOADED` touches without load.
         """
         tension, inside = self.curve.tension_on_sphere(work / self.scale)
         zero = self.at_work(work).unloaded
-        known = inside and zero is not None and not zero.doubt
+        known = inside and zero is not None and not zero.doubt and zero.area >= LEAST_UNLOADED
         return (tension * self.stress * self.length, zero) if known and zero is not None else None
 
     def force_on_sphere(self, work: float, radius: float, reach: float, modulus: float) -> float | None:

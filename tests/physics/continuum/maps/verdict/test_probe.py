@@ -115,6 +115,23 @@ def test_a_radius_that_is_none_is_refused(radius: float) -> None:
         probe_pull_off(contact(0.05), radius)
 
 
+def test_the_curve_gives_a_force_where_enough_touches_without_load() -> None:
+    curve = press_map(surface(256, seed=3, lambda_s=4.0), Interface(1.0, 1.0, 0.3, None)).threshold().adhesion
+    assert curve is not None
+    known = {}
+    for work in np.geomspace(1.6e-3, 4e-3, 24):
+        unloaded = curve.at_work(work).unloaded
+        if unloaded is not None and not unloaded.doubt:
+            known[unloaded.area] = curve.force_on_sphere(work, 1e4, 1.0, 1.0)
+    few, many = ([force for area, force in known.items() if (area < 0.005) is less] for less in (True, False))
+    assert few
+    assert many
+    assert set(few) == {None}
+    # The more of the surface touches, the more holds the sphere.
+    assert all(force is not None for force in many)
+    assert np.all(np.diff([force or 0.0 for force in many]) > 0)
+
+
 @pytest.mark.parametrize(
     ("work", "solve", "expected"),
     [
