@@ -157,7 +157,7 @@ def _certified(crystal: Session, wall: Wall, found: DeckResult, bare: Real, law_
     lowest = _lowest(found, np.maximum(-law.evaluate(gap(at)[0]).stiffness, 0.0), hessian)
     allowed = ENOUGH * (found.tolerance + law_error + _STIFFEST * _rounding(found))
     force = Check("largest force", found.largest_force, largest, largest, allowed)
-    checks = [*_of_the_wall(wall, law, found, gap(at), law_error), force]
+    checks = [*wall_checks(wall, law, found, gap(at), law_error), force]
     if not abs(lowest.eigenvalue) <= lowest.error:
         checks.append(minimum(lowest.eigenvalue))
     names = {one.name for one in fields(DeckResult) if one.metadata} | {"curvature"}
@@ -170,7 +170,7 @@ def _rounding(found: DeckResult) -> float:
     return float(np.finfo(float).eps) * max(found.slab.grid.lengths)
 
 
-def _of_the_wall(wall: Wall, law: Wall, found: DeckResult, gap: Real, law_error: float) -> Iterator[Check]:
+def wall_checks(wall: Wall, law: Wall, found: DeckResult, gap: Real, law_error: float) -> Iterator[Check]:
     """Numbers from the gap of each atom and the law, with the errors of the deck's formulas and of rounding."""
     here, kinds, moved = law.evaluate(gap), contact_map(wall, gap), ENOUGH * _rounding(found)
     off = law_error + moved * float(np.abs(here.stiffness).max()) + _LAST

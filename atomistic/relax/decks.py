@@ -171,10 +171,10 @@ def described(config: DeckConfig, slab: AnySlab, real: Units | None, wall: Wall,
     found, digest = moments(slab.grid, heights), hashlib.sha256(np.ascontiguousarray(heights).tobytes()).hexdigest()
     work = float(wall.work_of_adhesion)
     lines = [
-        f"Surface: {_values(config.surface)}",
+        f"Surface: {table_in_words(config.surface)}",
         f"  heights from {nanometres(float(heights.min()))} to {nanometres(float(heights.max()))}, rms height "
         f"{nanometres(found.rms_height)}, rms slope {found.rms_slope:.4g}; SHA-256 {digest[:16]}",
-        f"Wall: {_values(config.wall)}",
+        f"Wall: {table_in_words(config.wall)}",
         f"  work of adhesion {work:.4g} E* a0"
         + ("" if real is None else f" ({real.to_si(work, 'energy_per_area') * 1e3:.4g} mJ/m²)")
         + f", attraction over {nanometres(float(wall.range))}",
@@ -199,7 +199,7 @@ def described(config: DeckConfig, slab: AnySlab, real: Units | None, wall: Wall,
 _FIRST = ("hurst", "lambda_s", "lambda_L", "kind", "rms_slope", "rms_height", "seed", "law", "adhesion_length", "range")
 
 
-def _values(table: Table) -> str:
+def table_in_words(table: Table) -> str:
     """The given keys and values of a table of an input, in a fixed order: decks are known by this text."""
     named = {table.kind_key: table.kind_name} if table.kind_name else {}
     given = named | table.model_dump(exclude_unset=True, mode="json")
@@ -220,8 +220,9 @@ def _acting(deck: Deck, wall_force: WallForce, crystal: WallCrystal) -> Deck:
             f"at the separation {separation:g} a0 atoms of the wall overlap those of the surface at rest: begin at "
             f"{touch:.4g} a0 or above"
         )
+    cut = table_in_words(crystal) or "that of the surface continued upwards, cut"
     note = (
-        f"Wall of atoms: a rigid fcc crystal ({_values(crystal) or 'that of the surface continued upwards, cut'}) of "
+        f"Wall of atoms: a rigid fcc crystal ({cut}) of "
         f"{deck.crystal.about}; it touches the flat surface at the separation {touch:.4g} a0."
     )
     return replace(deck, displacements=None, protocol=protocol, separation=separation, notes=(*deck.notes, note))

@@ -121,23 +121,24 @@ def measure_warm_crystal(
     has it already.
     """
     tell = progress or (lambda done, total: None)
-    bulk = bulk or _measure_bulk(model, temperature, tell)
+    bulk = bulk or measure_bulk(model, temperature, tell)
     if not layers:
         return bulk
-    rise, rise_error = _rise(cast(CrystalModel, model.stretched(bulk.stretch)), temperature * bulk.stretch**-3, layers)
+    warm = cast(CrystalModel, model.stretched(bulk.stretch))
+    rise, rise_error = surface_rise(warm, temperature * bulk.stretch**-3, layers)
     tell(4, 4)
     return replace(bulk, rise=rise, rise_error=rise_error)
 
 
-def _measure_bulk(model: _Crystal, temperature: float, tell: Progress) -> WarmCrystal:
+def measure_bulk(model: _Crystal, temperature: float, tell: Progress) -> WarmCrystal:
     """The lattice constant at a temperature, without the layers of a slab."""
     stretch, stiffness = 1.0, model.dilation  # -dp/d ln(a), at rest
-    pressure, error = _pressure(model, temperature, stretch, _BLOCKS // 2)
+    pressure, error = stretch_pressure(model, temperature, stretch, _BLOCKS // 2)
     tell(1, 4)
     for done, blocks in enumerate((_BLOCKS // 2, _BLOCKS), 2):
         before, step = pressure, pressure / stiffness
         stretch *= 1 + step
-        pressure, error = _pressure(model, temperature, stretch, blocks)
+        pressure, error = stretch_pressure(model, temperature, stretch, blocks)
         tell(done, 4)
         # A warm crystal is softer; after a small step the difference is dominated by noise.
         if before > 10 * error:
@@ -146,7 +147,7 @@ def _measure_bulk(model: _Crystal, temperature: float, tell: Progress) -> WarmCr
     return WarmCrystal(temperature, stretch, error / stiffness, pressure, (), 0.0)
 
 
-def _pressure(model: _Crystal, temperature: float, stretch: float, blocks: int) -> tuple[float, float]:
+def stretch_pressure(model: _Crystal, temperature: float, stretch: float, blocks: int) -> tuple[float, float]:
     """Mean pressure of a periodic crystal, in E*, and its standard error."""
     block = model.supercell
     edge = block.edge * model.length * stretch
@@ -165,7 +166,7 @@ def _pressure(model: _Crystal, temperature: float, stretch: float, blocks: int) 
     return float(virial.mean() + gas), float(virial.std(ddof=1) / np.sqrt(blocks))
 
 
-def _rise(model: CrystalModel, temperature: float, layers: int) -> tuple[tuple[float, ...], float]:
+def surface_rise(model: CrystalModel, temperature: float, layers: int) -> tuple[tuple[float, ...], float]:
     """Mean rise of each mobile layer of a slab above its sites, in a0 of the model, and the error of the first."""
     width = max(_WIDTH, least_width(model))
     slab = Slab((width, width), layers, model.coupled_layers)

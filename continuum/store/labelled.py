@@ -45,12 +45,12 @@ class StoredMaps(BackendArray):
 
     def _read(self, key: tuple[int | slice | NDArray[Any], ...]) -> NDArray[Any]:
         outer = self._paths.ndim
-        chosen: Any = np.asarray(_along_each(self._paths, key[:outer]), dtype=object)
+        chosen: Any = np.asarray(along_each(self._paths, key[:outer]), dtype=object)
         parts = [_bounds(each, length) for each, length in zip(key[outer:], self.shape[outer:], strict=True)]
         read, inside = [part[0] for part in parts], tuple(part[1] for part in parts)
         missing = np.nan if self.dtype.kind == "f" else 0
         empty = np.full([one.stop - one.start for one in read], missing, self.dtype)
-        found = np.empty((*chosen.shape, *_along_each(empty, inside).shape), self.dtype)
+        found = np.empty((*chosen.shape, *along_each(empty, inside).shape), self.dtype)
         for place in np.ndindex(chosen.shape):
             whole = empty
             path: Path | None = chosen[place]
@@ -58,7 +58,7 @@ class StoredMaps(BackendArray):
                 stored = self._of(path, read)
                 whole = empty.copy()
                 whole[tuple(map(slice, stored.shape))] = stored
-            found[place] = _along_each(whole, inside)
+            found[place] = along_each(whole, inside)
         return found
 
     def _of(self, path: Path, read: Sequence[slice]) -> NDArray[Any]:
@@ -78,7 +78,7 @@ class StoredMaps(BackendArray):
         return stored
 
 
-def _along_each(values: NDArray[Any], key: Sequence[Any]) -> NDArray[Any]:
+def along_each(values: NDArray[Any], key: Sequence[Any]) -> NDArray[Any]:
     """Index each axis by itself, the last first, as numbers remove theirs."""
     for axis in reversed(range(len(key))):
         values = values[(*[slice(None)] * axis, key[axis])]

@@ -72,10 +72,10 @@ def look(maps: Sequence[Path], given: Mapping[str, Any]) -> Iterator[dict[str, A
     layers, rows = list[Any](), list[Any]()
     for name, one, before in zip(names, judged, measured, strict=True):
         if one.bands is None:
-            layers.append(_layer(f"heights{name}", one, one.heights))
-            layers.append(_layer(f"as measured{name}", one, detrend(before, "none").heights))
+            layers.append(map_layer(f"heights{name}", one, one.heights))
+            layers.append(map_layer(f"as measured{name}", one, detrend(before, "none").heights))
         else:
-            layers.append(_layer(f"a random surface with the measured spectrum{name}", one, one.heights))
+            layers.append(map_layer(f"a random surface with the measured spectrum{name}", one, one.heights))
         rows += [(f"{label}{name}", value) for label, value in _roughness(one, lacks)]
     yield {
         "layers": layers, "rows": rows, "lacks": list(lacks),
@@ -86,10 +86,10 @@ def look(maps: Sequence[Path], given: Mapping[str, Any]) -> Iterator[dict[str, A
     layers, faults = [], list[Any]()
     for name, one in zip(names, judged, strict=True):
         for fault in find_faults(one).faults:
-            taken = _correction(one, fault)
+            taken = correction_of(one, fault)
             title = f"{fault.kind}{name}: what its correction takes off"
             faults.append({"text": fault.text, "set": fault.arguments, "layer": title if taken is not None else ""})
-            layers += [] if taken is None else [_layer(title, one, taken)]
+            layers += [] if taken is None else [map_layer(title, one, taken)]
     yield {"faults": faults, "layers": layers}
 
 
@@ -113,7 +113,7 @@ def _bearing(judged: Real, measured: Real) -> list[list[float]]:
     return found
 
 
-def _correction(topography: Topography, fault: MapFault) -> Real | None:
+def correction_of(topography: Topography, fault: MapFault) -> Real | None:
     """Heights that a correction takes off, shape (nx, ny); None if the corrected map has other points."""
     told = fault.arguments
     if not told or not told.keys() <= {"detrend", "fill", "cutoff"}:
@@ -136,7 +136,7 @@ def _blocks(values: Real) -> list[int]:
     return [math.ceil(n / _POINTS) for n in values.shape]
 
 
-def _layer(name: str, topography: Topography, values: Real, kind: str = "height") -> dict[str, Any]:
+def map_layer(name: str, topography: Topography, values: Real, kind: str = "height") -> dict[str, Any]:
     """Numbers on the points of a map, to be drawn: shape (nx, ny), x slowest, in single precision."""
     nx, ny = _blocks(values)
     sent = np.ascontiguousarray(values[::nx, ::ny], dtype="<f4")
@@ -156,7 +156,7 @@ def solved_layers(found: PredictionNumbers) -> list[dict[str, Any]]:
         return []
     facing, both = (found.mended or found).facing, len(found.topographies) > 1
     return [
-        *([_layer("both maps, face to face", facing, facing.heights)] if both else []),
-        _layer("contact at the threshold", facing, threshold.kinds, "contact"),
-        _layer("which heights decide", facing, threshold.deciding(threshold.state, 3.0), "deciding"),
+        *([map_layer("both maps, face to face", facing, facing.heights)] if both else []),
+        map_layer("contact at the threshold", facing, threshold.kinds, "contact"),
+        map_layer("which heights decide", facing, threshold.deciding(threshold.state, 3.0), "deciding"),
     ]

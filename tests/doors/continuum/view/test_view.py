@@ -41,7 +41,7 @@ from continuum.store.runs.result import Result
 from continuum.store.sweeps.workers import Worker
 from continuum.view import server
 from continuum.view.opened import OpenedMap, View, answer_of, arguments, safe_name
-from continuum.view.seen import _correction, _layer
+from continuum.view.seen import correction_of, map_layer
 from continuum.view.server import EXAMPLE, listen
 
 RUN: dict[str, Any] = {
@@ -215,9 +215,9 @@ def test_a_spike_is_seen_on_a_map_of_more_points_than_are_drawn() -> None:
     heights = 1e-9 * np.random.default_rng(1).normal(size=(1030, 16))
     heights[517, 5] += 1e-6
     fault = MapFault("spikes", "", {"fill": "5%"})
-    taken = _correction(Topography(heights, (1e-6, 1e-6)), fault)
+    taken = correction_of(Topography(heights, (1e-6, 1e-6)), fault)
     assert taken is not None
-    assert heights_of(_layer("", Topography(heights, (1e-6, 1e-6)), taken)).max() == pytest.approx(1e-6, rel=0.01)
+    assert heights_of(map_layer("", Topography(heights, (1e-6, 1e-6)), taken)).max() == pytest.approx(1e-6, rel=0.01)
 
 
 def test_two_bodies_or_joined_maps_are_of_two_files(client: Client, map_file: Path) -> None:

@@ -17,7 +17,7 @@ from atomistic.front.cli import main
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.result import DeckError, DeckResult, read_result
 from atomistic.lammps.session import Session
-from atomistic.relax.certify import _of_the_wall
+from atomistic.relax.certify import wall_checks
 from atomistic.relax.relax import lattice_start
 from continuum.model.walls import Wall
 from tests.problems import lattice
@@ -104,7 +104,7 @@ def test_a_number_that_was_changed_is_told_or_listed(stairs: Path, tmp_path: Pat
         result.write_text(json.dumps({**numbers, name: 1.01 * numbers[name] or 1e-3}))
         found = read_result(forged, 2)
         below = found.separation + HEIGHTS - found.displacements[0, ..., 2]
-        checks = _of_the_wall(LAW, LAW, found, below[None], 0.0)
+        checks = wall_checks(LAW, LAW, found, below[None], 0.0)
         assert [check.quantity for check in checks if not check.ok] == [names.get(name, name)]
 
 

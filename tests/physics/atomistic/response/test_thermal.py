@@ -148,8 +148,8 @@ def test_the_lattice_constant_is_where_the_pressure_vanishes(
         runs.append(blocks)
         return softer * dilation * (warm - np.log(stretch)), noise
 
-    monkeypatch.setattr(thermal, "_pressure", pressure)
-    found = thermal._measure_bulk(SimpleNamespace(dilation=dilation), 1e-3, lambda *done: told.append(done))
+    monkeypatch.setattr(thermal, "stretch_pressure", pressure)
+    found = thermal.measure_bulk(SimpleNamespace(dilation=dilation), 1e-3, lambda *done: told.append(done))
     assert (runs, told) == ([5, 5, 10], [(1, 4), (2, 4), (3, 4)])
     left = 0.2**3 if noise == 1.0 else 0.004
     assert np.log(found.stretch) == pytest.approx(warm, rel=1.5 * left)
@@ -184,7 +184,7 @@ def test_pressures_and_rises_are_means_of_blocks_with_their_standard_errors(
     values, rises = iter(parts.ravel()), iter(heights)
     sites_of_slab = Slab((8, 8), 2, model.coupled_layers).positions.reshape(-1, 3)
     monkeypatch.setattr(thermal, "Cell", Fake)
-    found, error = thermal._pressure(model, 1e-3, 1.01, 4)
+    found, error = thermal.stretch_pressure(model, 1e-3, 1.01, 4)
     virial = parts.mean(axis=1) / unit * model.length**3 / model.energy
     sites, periods = made[0][1:3]
     gas = 1e-3 * len(sites) / np.prod(np.array(periods) / model.length)
@@ -201,7 +201,7 @@ def test_pressures_and_rises_are_means_of_blocks_with_their_standard_errors(
     assert f"fix mean all ave/time 10 150 1500 {' '.join(f'c_pressure[{i}]' for i in (1, 2, 3))}" in said
     assert said.count("run 1500 post no") == 4
 
-    rise, error = thermal._rise(model, 1e-3, 2)
+    rise, error = thermal.surface_rise(model, 1e-3, 2)
     layers = heights[:, :128].reshape(10, 2, 64).mean(axis=2)
     np.testing.assert_allclose(rise, layers.mean(axis=0), atol=1e-12)
     assert error == pytest.approx(layers[:, 0].std(ddof=1) / np.sqrt(10), rel=1e-9)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from atomistic.inputs.validate import ValidateConfig
-from atomistic.relax.decks import _values
+from atomistic.relax.decks import table_in_words
 from continuum.inputs.reading import load
 from continuum.inputs.toml import find
 from continuum.model.surface import Surface
@@ -113,11 +113,11 @@ def test_a_table_of_every_kind_has_the_identity_of_its_stored_results() -> None:
 
 def test_decks_are_known_by_the_text_of_their_surface_and_wall() -> None:
     surface = Surface.kinds["self-affine"].model_validate(ROUGH | {"rms_slope": 0.1}, context={})
-    assert _values(surface) == (
+    assert table_in_words(surface) == (
         "hurst = 0.8, lambda_s = 8.0, lambda_L = 32.0, kind = self-affine, rms_slope = 0.1, seed = 3"
     )
     wall = Wall.kinds["lennard-jones-spline"].model_validate({"core": 0.8, "adhesion_length": 0.005}, context={})
-    assert _values(wall) == "law = lennard-jones-spline, adhesion_length = 0.005, core = 0.8"
+    assert table_in_words(wall) == "law = lennard-jones-spline, adhesion_length = 0.005, core = 0.8"
 
 
 def stored_anew() -> dict[str, Any]:

@@ -144,7 +144,7 @@ def test_maps_of_all_systems_are_read_where_they_are_used(
         (0, [1], [1, 0], slice(4, 4), 7),
     ):
         there = maps["repulsive"][key].values
-        np.testing.assert_array_equal(there, labelled._along_each(whole, key))
+        np.testing.assert_array_equal(there, labelled.along_each(whole, key))
     assert [*map(len, (opened, {*opened}))] == [1 + 2 + 1, 3]  # one of them twice
     assert list(c.sweep_maps(done.folder, where={"wall.adhesion_length": 0.005})["adhesion_length"]) == [0.005]
 
