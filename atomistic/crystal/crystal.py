@@ -93,9 +93,9 @@ class AnySlab:
     def _near(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """The surface atom above each atom, and above each point of the grid: the nearest in the plane, from 0."""
         sites, period = self.positions.reshape(-1, 3)[:, :2], np.array(self.grid.lengths)
-        tree = scipy.spatial.KDTree(_within(sites[: self.surface_atoms], period), boxsize=period)
+        tree = scipy.spatial.KDTree(within(sites[: self.surface_atoms], period), boxsize=period)
         points = np.stack(np.broadcast_arrays(*self.grid.positions), axis=-1).reshape(-1, 2)
-        atoms, places = (np.asarray(tree.query(_within(at, period))[1]) for at in (sites, points))
+        atoms, places = (np.asarray(tree.query(within(at, period))[1]) for at in (sites, points))
         return atoms, places
 
     def below(self, chosen: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -152,7 +152,14 @@ class AtomSlab(AnySlab):
 
     @classmethod
     def of_sites(
-        cls, name: str, sites: Real, types: NDArray[np.int64], lengths: Any, depth: float, skin: float | None = None
+        cls,
+        name: str,
+        sites: Real,
+        types: NDArray[np.int64],
+        lengths: Any,
+        depth: float,
+        skin: float | None = None,
+        lost: float = 0.0,
     ) -> AtomSlab:
         """The slab of sites, of which those above a depth below the surface move.
 
@@ -167,16 +174,17 @@ class AtomSlab(AnySlab):
             raise ArgumentError("n", len(sites), f"a slab of at most {_MOST_ATOMS} atoms")
         down = sites[:, 2].max() - sites[:, 2]
         period = np.array(lengths)
-        at = np.column_stack([_within(sites[:, :2], period), -down])
+        at = np.column_stack([within(sites[:, :2], period), -down])
         top = exposed(at, np.diag(period), 1.0) if skin is None else down < skin
-        order = np.lexsort((*np.round(at[:, 1::-1].T, 6), np.round(down, 6), ~top))
         moves = down < float(np.median(down[top])) + depth - _ALIKE
+        np.round(down, 6, out=down)
+        order = np.lexsort((*np.round(at[:, 1::-1].T, 6), down, ~top))
         return cls(name, (float(period[0]), float(period[1])), at[order], types[order], int(np.count_nonzero(top)),
-                   int(np.count_nonzero(top | moves)))  # fmt: skip
+                   int(np.count_nonzero(top | moves)), lost)  # fmt: skip
 
     def _pairs(self, distance: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         period = np.array([*self.lengths, 0.0])
-        at = np.column_stack([_within(self.positions[:, :2], period[:2]), self.positions[:, 2]])
+        at = np.column_stack([within(self.positions[:, :2], period[:2]), self.positions[:, 2]])
         found = scipy.spatial.KDTree(at, boxsize=period).query_pairs(distance, output_type="ndarray")
         found.sort(axis=1)
         found = found[found[:, 0] < self.moving]
@@ -192,7 +200,7 @@ class AtomSlab(AnySlab):
         yield i, j, self._apart(i, j)
 
 
-def _within(at: Real, period: Real) -> Real:
+def within(at: Real, period: Real) -> Real:
     """Positions in the plane in the first period, the upper end excluded also where rounding leads there."""
     inside = at % period
     return np.where(inside < period, inside, 0.0)
@@ -365,6 +373,8 @@ def distortion(slab: AnySlab, displacements: Real) -> float:
     direction, so that a layer pushed through the next is at rest again.
     """
     u = displacements.reshape(-1, 3)
+    if not u.any():
+        return 0.0
     return max(float(np.linalg.norm(u[j] - u[i], axis=-1).max()) for i, j, _ in slab.neighbours())
 
 
@@ -387,7 +397,7 @@ def slipped(slab: AnySlab, displacements: Real) -> NDArray[np.bool_]:
         return lost.reshape(slab.ids.shape)
     period = np.array([*slab.grid.lengths, 0.0])  # none across
     at = sites + u[lost]
-    at[:, :2] = _within(at[:, :2], period[:2])
+    at[:, :2] = within(at[:, :2], period[:2])
     pairs = scipy.spatial.KDTree(at, boxsize=period).query_pairs(slab.lost, output_type="ndarray")
     before = sites[pairs[:, 0]] - sites[pairs[:, 1]]
     before[:, :2] -= period[:2] * np.rint(before[:, :2] / period[:2])

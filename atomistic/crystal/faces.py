@@ -26,6 +26,8 @@ STRUCTURES = {
 _LONGEST = 2
 _ALIKE = 1e-6
 """Relative difference of lengths that are the same, as they were printed with a few digits."""
+LARGE, PIECE = 20_000, 8.0
+"""Number of atoms above which a crystal is measured on a piece of it, and the least width of the piece, in a0."""
 _PEAK = 0.1
 """Half width of the first peak of distances, relative to its centre: bcc has its second shell at 1.155."""
 
@@ -76,8 +78,13 @@ class CrystalCell(NamedTuple):
         base = np.unique(np.round(down[down > lowest + 1e-6], 6))
         deepest = max(base[0], base[base < lowest + reach - 1e-6].max(initial=0.0))
         kept = (down > -1e-6) & (down < deepest + 1e-6)
+        sites, types = sites[kept], types[kept]
+        del down, kept  # a third of the memory of a large slab
         lengths = np.array([x, y]) * self.periods[:2]
-        return AtomSlab.of_sites(self.name, sites[kept], types[kept], lengths, depth, skin)
+        # Neighbours are as far apart everywhere, and pairs of all atoms of a large slab take much memory.
+        wide = len(sites) > LARGE and min(width) > 2 * PIECE
+        lost = self.slab((PIECE, PIECE), depth, reach, skin).lost if wide else 0.0
+        return AtomSlab.of_sites(self.name, sites, types, lengths, depth, skin, lost)
 
 
 @cache  # an input asks for it each time that it is checked

@@ -13,7 +13,9 @@ from atomistic.inputs.crystal import ElasticConfig
 from atomistic.inputs.deck import DeckConfig
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder.comparison import paths_of
+from atomistic.ladder.cost import told_of_writing
 from atomistic.lammps import engine
+from atomistic.relax.decks import deck_input
 from continuum.front.doctor import diagnosed
 from continuum.front.options import FIGURES
 from continuum.front.options import like as like_of
@@ -72,8 +74,13 @@ def deck(
     engine.command_words(lmp_command, "--lmp-command")
     title = "relaxing the states" if start else "measuring the crystal at its temperature, once"
     with progress_of_known(title) as tell_parts:
-        made = front.deck(file, start=start, progress=tell_parts)
-    directory = made.write(output or Path("decks") / Path(file).stem, force=force)
+        config = deck_input(file, tell_parts)
+        large = told_of_writing(config)
+        report(lines=[f"cost     {large}"] if large else [])
+        made = front.deck(config, start=start, progress=tell_parts)
+    with progress_of_known("tables of atoms") as tell_tables:
+        place = output or Path("decks") / Path(file).stem
+        directory = made.write(place, force=force, progress=tell_tables if large else None)
     report(lines=[f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution"])
     report(lines=[f"copied   {path}, which is not in the folder of the input" for path in made.copied])
     report(lines=[f"start    {made.notes[-1].removeprefix('Starts: ')}"] if start else [])

@@ -230,11 +230,14 @@ class CrystalTable(Table):
             yield Fault(("modulus",), str(error))
         if self.a0 is not None and self.atoms is None:
             yield Fault(("a0",), "left out: only atoms of a file have an a0 that can be given")
+        if self.atoms is None and self.own:  # `cell_of` would import ASE's builders into every program
+            return
+        crystal = (self.lattice, self.face)  # if one is faulty, no more is to be said
         try:
-            if self.atoms is not None:
+            if self.atoms is None:
+                cell_of(*crystal)
+            else:
                 size_of_atoms(self.given, self.spacing)
-            elif not self.own:  # which would import ASE's builders into every program
-                cell_of(self.lattice, self.face)
         except ArgumentError as error:
             yield Fault((error.name,), error.allowed)
         except Exception as error:  # whatever a reader of ASE raises

@@ -12,7 +12,7 @@ from importlib import resources
 import numpy as np
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.faces import cell_of
+from atomistic.crystal.faces import PIECE, cell_of
 from atomistic.inputs.deck import DeckConfig
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder.comparison import paths_of
@@ -21,6 +21,9 @@ from atomistic.relax.specimen import BYTES, BYTES_PER_ATOM
 from continuum.model.grid import Grid
 
 _SEEN = tomllib.loads(resources.files("atomistic.ladder").joinpath("cost.toml").read_text(encoding="utf-8"))
+
+LARGE = 100_000
+"""Number of atoms from which on writing a deck takes a second or more: its cost and progress are told."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,20 @@ def _atoms_below(config: DeckConfig) -> int:
         return len(table.given)
     cell, potential = cell_of(table.lattice, table.face), config.interatomic.potential()
     reach = potential.force_range / np.cbrt((potential.guess or potential.cutoff**3 / 8) / cell.volume)
-    return cell.slab(config.grid.lengths, config.slab.depth, float(reach), table.skin).size
+    wide = np.array(config.grid.lengths)
+    piece = cell.slab(tuple(np.minimum(wide, PIECE)), config.slab.depth, float(reach), table.skin)
+    return round(piece.size * float(np.prod(wide / piece.lengths)))
+
+
+def told_of_writing(config: DeckConfig) -> str:
+    """What it takes to make and write a large deck; empty of a small one."""
+    given = config.crystal.given
+    # The density of fcc, before any crystal has been measured.
+    atoms = np.sqrt(2) * np.prod(config.grid.lengths) * config.slab.depth if given is None else len(given)
+    if atoms < LARGE:
+        return ""
+    seconds, memory = _SEEN["written"] * atoms, BYTES + _SEEN["bytes_written"] * atoms
+    return f"about {atoms:.2g} atoms: {seconds:.2g} core-seconds and {memory / 1e9:.2g} GB to write them"
 
 
 def cost_of_validation(config: ValidateConfig) -> AtomsCost:

@@ -9,7 +9,7 @@ import json
 import re
 import textwrap
 from collections import ChainMap
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
@@ -32,7 +32,17 @@ from atomistic.lammps.law import NO_CORE, TOLERANCE, felt, law_of_atoms, name_of
 from atomistic.lammps.protocol import Protocol, time_unit, times_area
 from atomistic.lammps.result import UNITS
 from atomistic.lammps.shape import Shape, check_shape, misfit, shape_of
-from continuum.inputs.arguments import ArgumentError, choice, count, field_of, file_name, flag, instance, number
+from continuum.inputs.arguments import (
+    ArgumentError,
+    choice,
+    count,
+    field_of,
+    file_name,
+    flag,
+    function,
+    instance,
+    number,
+)
 from continuum.inputs.errors import OutputError
 from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.model.fourier import Real
@@ -138,12 +148,15 @@ class Deck:
             allowed = f"at least {model.coupled_layers} frozen layers, which forces reach, not {frozen}"
             raise ArgumentError("slab", slab, allowed)
 
-    def write(self, directory: str | Path, *, force: bool = False) -> Path:
+    def write(
+        self, directory: str | Path, *, force: bool = False, progress: Callable[[int, int], None] | None = None
+    ) -> Path:
         """Write the deck into a directory, in which a stock ``lmp -in in.contact`` runs it; returns the directory.
 
         Parameters
         ----------
         force : remove finished steps of another deck there; those that this deck reaches by the same steps stay.
+        progress : called with the number of written tables of atoms and of all.
 
         Raises
         ------
@@ -151,7 +164,8 @@ class Deck:
             If it is not the name of a directory, has files other than an earlier deck, or finished steps of another
             deck, or cannot be written to.
         """
-        return write_deck(file_name("directory", directory), self, force=flag("force", force))
+        function("progress", progress)
+        return write_deck(file_name("directory", directory), self, force=flag("force", force), progress=progress)
 
     def _set_arrays(self) -> None:
         slab = self.slab
@@ -402,7 +416,9 @@ def _real_units(deck: Deck) -> str:
     )
 
 
-def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
+def write_deck(
+    directory: Path, deck: Deck, *, force: bool = False, progress: Callable[[int, int], None] | None = None
+) -> Path:
     """Write a deck into a directory, which is made if needed; returns the directory.
 
     An earlier deck is replaced.  Its finished steps are kept if the new deck reaches them by the same steps, so that
@@ -451,18 +467,25 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
                 entry.unlink()
         for name, content in deck.model.files.items():
             save(directory / name, content, own=True)
+        tell = (lambda *_: None) if progress is None else progress
+        tables = 5 + len(deck.starts)
+        tell(0, tables)
         with whole(directory / "slab.data") as file:
             _write_data(file, deck)
+        tell(1, tables)
         with whole(directory / disk.HEIGHTS) as file:
             above = deck.heights if deck.shape is not None else deck.above
             disk.write_atoms(file, deck.slab.ids.ravel()[: above.size], above)
+        tell(2, tables)
         with whole(directory / "slab.start") as file:
             for axis in range(3):
                 mobile = slice(0, deck.slab.moving)
                 disk.write_atoms(file, deck.slab.ids[mobile], deck.start[mobile, ..., axis])
+                tell(3 + axis, tables)
         for step, start in enumerate(deck.starts, deck.protocol is not None):
             with whole(directory / (f"start.{step}.dump" if step else "start.dump")) as file:
                 _write_dump(file, deck, step, start)
+        tell(tables, tables)
         if deck.wall_map is not None:
             with whole(directory / disk.MAP) as file:
                 np.save(file, deck.wall_map)

@@ -11,9 +11,10 @@ from dataclasses import replace
 from functools import singledispatch
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from atomistic.crystal.crystal import AtomSlab
-from atomistic.crystal.faces import CrystalCell, cell_of, size_of_atoms, slab_of_atoms
+from atomistic.crystal.crystal import AtomSlab, within
+from atomistic.crystal.faces import LARGE, PIECE, CrystalCell, cell_of, size_of_atoms, slab_of_atoms
 from atomistic.crystal.interatomic import Springs
 from atomistic.crystal.model import AnyCrystalModel, AnyModel, Potential
 from atomistic.crystal.potentials import PotentialError
@@ -27,10 +28,14 @@ from continuum.model.fourier import Real
 
 _RATTLE, _LEFT = 1e-3, 1e-8
 """Random displacements from which a surface relaxes, in a0, and the largest force that is left, in E* a0²."""
+_ALIKE = 1e-5
+"""Largest difference of displacements of atoms that are alike, in a0: many times that by the force that is left."""
 _VOIGT = [0, 1, 2, 5, 4, 3]
 """Voigt's places of LAMMPS' xx, yy, zz, xy, xz, yz."""
 _TILTS = [1, 2, 2], [0, 0, 1]
 """Places of xy, xz and yz in a box whose rows are its edges."""
+_ASIDE = 0.0137
+"""Where a piece of a slab begins, in cells: beside the sites of any crystal."""
 _MEASURED: dict[str, AnyCrystalModel] = {}
 
 
@@ -185,8 +190,46 @@ def slab_of_table(crystal: CrystalTable, model: AnyCrystalModel, width: tuple[fl
 def at_rest(slab: AtomSlab, model: AnyCrystalModel) -> tuple[AtomSlab, AnyCrystalModel]:
     """A slab as its surface relaxes from sites that are no longer symmetric, and its model with its stiffest vibration.
 
+    Of a large crystal a piece is relaxed and repeated, unless its cells part, as in a surface that reconstructs.
+
     Raises LammpsError if LAMMPS fails.
     """
+    part = _piece(slab, model)
+    if part is not None:
+        assert model.cell is not None
+        moved, stiffest = _relaxed(part, model)
+        cell = np.array([*model.cell.periods[:2], 0.0])  # none across
+        tree = KDTree(_in_cell(part.positions, cell), boxsize=cell)
+        alike = tree.query_ball_point(_in_cell(part.positions[: part.surface], cell), 1e-3)
+        if all(np.ptp(moved[same], axis=0).max() < _ALIKE for same in alike):
+            moved = moved[tree.query(_in_cell(slab.positions, cell))[1]]
+            return replace(slab, positions=slab.positions + moved), replace(model, stiffest=stiffest)
+    moved, stiffest = _relaxed(slab, model)
+    return replace(slab, positions=slab.positions + moved), replace(model, stiffest=stiffest)
+
+
+def _piece(slab: AtomSlab, model: AnyCrystalModel) -> AtomSlab | None:
+    """A piece of a large slab, an even number of cells wide; None of a small slab, or of atoms without a cell."""
+    if model.cell is None or slab.size <= LARGE:
+        return None
+    periods, lengths = model.cell.periods[:2], np.array(slab.lengths)
+    width = 2 * np.ceil(PIECE / 2 / periods) * periods
+    at = within(slab.positions[:, :2] + _ASIDE * periods, lengths)
+    inside = np.flatnonzero((at < width).all(axis=1))
+    if (lengths < 2 * width).any() or len(inside) != round(slab.size * float(np.prod(width / lengths))):
+        return None
+    surface, moving = np.searchsorted(inside, (slab.surface, slab.moving)).tolist()
+    size = float(width[0]), float(width[1])
+    return AtomSlab(slab.name, size, slab.positions[inside], slab.types[inside], surface, moving, slab.lost)
+
+
+def _in_cell(positions: Real, periods: Real) -> Real:
+    """Positions in the first cell of the plane."""
+    return np.column_stack([within(positions[:, :2], periods[:2]), positions[:, 2]])
+
+
+def _relaxed(slab: AtomSlab, model: AnyCrystalModel) -> tuple[Real, float]:
+    """Displacements of the atoms of a slab as its surface relaxes, in a0, and its stiffest vibration."""
     rng, sites, unit = np.random.default_rng(1), slab.positions * model.length, model.energy / model.length
     mobile = np.arange(slab.size)[:, None] < slab.moving
     random = mobile * rng.normal(size=sites.shape)
@@ -203,4 +246,4 @@ def at_rest(slab: AtomSlab, model: AnyCrystalModel) -> tuple[AtomSlab, AnyCrysta
     stiffest = 1.1 * float(np.linalg.norm(v)) * model.length / unit * model.mass / min(model.masses)
     moved = (rest - sites) / model.length
     moved[:, :2] -= np.array(slab.lengths) * np.rint(moved[:, :2] / slab.lengths)
-    return replace(slab, positions=slab.positions + moved), replace(model, stiffest=stiffest)
+    return moved, stiffest

@@ -13,6 +13,7 @@ from atomistic.inputs.crystal import Interatomic
 from atomistic.inputs.deck import DeckConfig
 from atomistic.inputs.motion import ProtocolTable
 from atomistic.inputs.validate import ValidateConfig
+from atomistic.ladder import cost as costs
 from atomistic.ladder.cost import _SEEN, cost_of_deck, cost_of_validation
 from continuum.inputs.reading import load
 
@@ -48,6 +49,23 @@ def test_the_cost_of_a_deck_is_what_its_input_says_that_it_took(path: Path) -> N
     assert within(cost.atoms, atoms, 1.1)
     assert within(cost.evaluations, evaluations)
     assert within(cost.seconds, seconds)
+
+
+def test_a_large_deck_tells_its_cost_first_and_its_progress(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["deck", "inputs/lammps/copper-111.toml", "-o", str(tmp_path / "small")]
+    assert main(words) == 0
+    assert "cost" not in capsys.readouterr().out
+    monkeypatch.setattr(costs, "LARGE", 200)
+    assert main([*words[:-1], str(tmp_path / "large")]) == 0
+    first, *lines = capsys.readouterr().out.splitlines()
+    found = re.search(r"cost +about ([\d.e+]+) atoms: ([\d.e-]+) core-seconds and ([\d.]+) GB", first)
+    assert found is not None
+    # Without the base, which is not known before the crystal has been measured; printed to two digits.
+    assert within(float(found[1]), 2**0.5 * 8 * 8.66 * 3, 1.05)
+    told = [found[1] for line in lines if (found := re.search(r"tables of atoms (\d)/5", line))]
+    assert list(dict.fromkeys(told)) == list("012345")
 
 
 @pytest.mark.parametrize("path", sorted(Path("inputs/validate").glob("*.toml")), ids=lambda path: path.stem)

@@ -332,6 +332,7 @@ def test_a_suffix_of_the_command_line_is_not_in_the_way_of_the_formulas(tmp_path
         ({"crystal": {"lattice": "bcc", "face": "110"}}, "springs, which do not hold other crystals together"),
         ({"crystal": {"lattice": "hcp", "face": "110"}}, "0001"),
         ({"crystal": {"face": "000"}}, "three Miller indices"),
+        ({"crystal": {"face": "fcc111"}}, "1 fault"),  # not that its cell cannot be made either
         ({"crystal": {"lattice": "B2", "face": "110"}, "interatomic": {"kind": "lennard-jones"}}, "2 of them in B2"),
         ({"crystal": {"face": "111"}, "wall_force": "atoms", "follows": "atom"}, "walls of atoms .* above fcc"),
         ({"crystal": {"face": "111", "modulus": "1GPa"}}, "E\\* of the atoms of a file"),

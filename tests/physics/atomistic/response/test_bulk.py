@@ -10,13 +10,16 @@ import ase.io
 import numpy as np
 import pytest
 
+from atomistic.crystal.crystal import AtomSlab
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import AnyCrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 from atomistic.inputs.crystal import CrystalTable
 from atomistic.lammps.session import Cell
+from atomistic.response import bulk
 from atomistic.response.bulk import at_rest, model_below, slab_of_table
 from continuum.model.cubic import anisotropic_contact_modulus
+from continuum.model.fourier import Real
 
 ANGLES = np.linspace(0, np.pi, 91)[:-1]
 
@@ -85,3 +88,37 @@ def test_a_surface_comes_to_rest_and_its_stiffest_vibration_is_that_of_the_hessi
     # Its powers come to it from below, and a tenth is added.
     assert exact < found.stiffest < 1.1 * exact
     assert found.stiffest > 1.03 * exact
+
+
+def test_a_large_crystal_rests_as_a_piece_of_it_unless_its_cells_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    crystal = CrystalTable(face="211")
+    model = model_below(LennardJones(2.5), crystal)
+    assert isinstance(model, AnyCrystalModel)
+    slab = slab_of_table(crystal, model, (18.0, 20.0), 1.0)
+    whole, by_whole = at_rest(slab, model)
+    sizes, relaxed = [], bulk._relaxed
+
+    def noted(part: AtomSlab, model: AnyCrystalModel) -> tuple[Real, float]:
+        sizes.append(part.size)
+        return relaxed(part, model)
+
+    monkeypatch.setattr(bulk, "LARGE", 100)
+    monkeypatch.setattr(bulk, "_relaxed", noted)
+    rest, by_piece = at_rest(slab, model)
+    assert len(sizes) == 1
+    assert sizes[0] < slab.size / 2
+    # Forces of 1e-8 E* a0² are left on stiffnesses of the order of E* a0, less by layers that move together.
+    assert np.abs(rest.positions - whole.positions).max() < 1e-6
+    assert np.abs(rest.positions - slab.positions).max() > 0.01
+    assert rest.lost == whole.lost
+    # Both are powers from below, from other random displacements, and a tenth more.
+    assert by_piece.stiffest == pytest.approx(by_whole.stiffest, rel=0.05)
+
+    def parted(part: AtomSlab, model: AnyCrystalModel) -> tuple[Real, float]:
+        moved, stiffest = noted(part, model)
+        return moved + 1e-3 * (np.arange(part.size)[:, None] == 0), stiffest
+
+    sizes.clear()
+    monkeypatch.setattr(bulk, "_relaxed", parted)
+    at_rest(slab, model)
+    assert sizes[1:] == [slab.size]
