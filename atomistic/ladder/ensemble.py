@@ -1,7 +1,8 @@
 """Bounds for new surfaces and metals, from quantiles of an ensemble of earlier runs.
 
 ``ensemble.csv``, made by ``docs/studies/ensemble.py``, has the differences of neighbouring rungs, and of half-space and
-atoms, in each state of eight surfaces on springs and on three metals, and of sixteen on deeper springs.  A step without
+atoms, in each state of eight surfaces on springs and on three metals, of sixteen on deeper springs, and of eight on
+deeper slabs of two metals and of Lennard-Jones.  A step without
 ``[[tolerance]]`` is judged by similar cases: depth, anisotropy, discreteness and the total by |N difference|/(N_rep +
 N_att) = a, the nonlinearity without adhesion by |N difference|/N_rep = a h' and |u difference| = b a0 h'², with it by
 c h' of all that acts.
@@ -11,7 +12,7 @@ those of the nonlinearity are taken as normal, and of the other steps, whose dif
 about zero, the coefficients themselves: the limit is that which a further surface exceeds with the probability
 :data:`RARE` (Student's t, G. J. Hahn, J. Am. Stat. Assoc. 64, 878 (1969)), shared among the surfaces of the case.  For
 metals the largest limit is taken: of k + 1 similar ones, a given one has the largest with the probability 1/(k + 1).
-The judged case is left out of its own bound: its crystal, or for springs its surfaces.
+The judged case is left out of its own bound: its crystal, or for springs and Lennard-Jones its surfaces.
 """
 
 from collections import defaultdict
@@ -30,6 +31,8 @@ RARE = 0.01
 FEWEST = 8
 """Smallest number of surfaces of a crystal for a bound."""
 SPRINGS = "springs"
+ALONE = (SPRINGS, "lennard-jones")
+"""Crystals that no other is like: they are judged by other surfaces of their own."""
 HURST, LAMBDA_S, ROLL_OFF, PERIOD = 0.8, 8.0, 2.0, 4.0
 """Parameters of the surfaces of the ensemble: H, λ_s in a0; λ_L and period in λ_s."""
 LINEAR: tuple[Step, ...] = ("depth", "anisotropy", "discreteness", "total")
@@ -43,7 +46,7 @@ class Row(NamedTuple):
     """One state of the ensemble: differences of lattice response and atoms, and of all other rungs."""
 
     crystal: str
-    """``springs``, or the name of the file of the potential."""
+    """``springs``, ``lennard-jones``, or the name of the file of the potential."""
     depth: float
     """Depth of the slab, in λ_s."""
     adhesion_length: float
@@ -51,6 +54,7 @@ class Row(NamedTuple):
     seed: int
     rms_slope: float
     area: float
+    branch: str
     load: float
     """|N difference|/N_rep."""
     gross_load: float
@@ -131,15 +135,18 @@ def untested(config: ValidateConfig, case: CaseTable) -> str:
 def _alike(config: ValidateConfig, case: CaseTable) -> tuple[list[Row], tuple[str, ...]]:
     """States of the ensemble for a case, and the properties of the case outside the ensemble.
 
-    Judged ones are left out: for metals their crystal, for springs their surfaces.
+    Judged ones are left out: for metals their crystal, for others their surfaces.
     """
-    springs, own = config.interatomic.kind == SPRINGS, config.interatomic.crystal_name
-    judged = config.surface.seeds
-    others = [row for row in rows() if (row.crystal == SPRINGS) == springs]
-    alike = [row for row in others if (row.seed not in judged if springs else row.crystal != own)]
+    own, judged = config.interatomic.crystal_name, config.surface.seeds
+    if (alone := config.interatomic.kind) in ALONE:
+        alike = [row for row in rows() if row.crystal == alone and row.seed not in judged]
+    else:
+        alike = [row for row in rows() if row.crystal not in (*ALONE, own)]
     shortest, longest = config.wavelengths(case)
     conditions: list[tuple[bool, str]] = []
-    conditions.append((config.interatomic.kind in (SPRINGS, "eam", "pair-style"), "it is of springs and metals"))
+    conditions.append(
+        (config.interatomic.kind in (*ALONE, "eam", "pair-style"), "it is of springs, Lennard-Jones and metals")
+    )
     for value, of_ensemble, name in (
         (config.surface.hurst, HURST, "H"),
         (shortest, LAMBDA_S, "λ_s/a0"),
@@ -148,8 +155,6 @@ def _alike(config: ValidateConfig, case: CaseTable) -> tuple[list[Row], tuple[st
     ):
         conditions.append((bool(np.isclose(value, of_ensemble)), f"its {name} is {of_ensemble:g}, here {value:g}"))
     conditions.append((not case.jump, "it has no states beside a jump"))
-    approach_only = case.adhesion_length == 0 or case.branches == ("approach",)
-    conditions.append((approach_only, "with adhesion it approaches only"))
     for value, column, name in (
         (config.slab.depth / shortest, "depth", "depth/λ_s"),
         (case.adhesion_length, "adhesion_length", "l_a/a0"),
@@ -158,6 +163,10 @@ def _alike(config: ValidateConfig, case: CaseTable) -> tuple[list[Row], tuple[st
         alike = [row for row in alike if np.isclose(getattr(row, column), value)]
         words = " or ".join(f"{each:g}" for each in known)
         conditions.append((bool(alike) or not known, f"its {name} is {words}, here {value:g}"))
+    if case.adhesion_length > 0:
+        followed = {*case.branches} <= {row.branch for row in alike}
+        conditions.append((followed or not alike, "with adhesion it approaches only"))
+        alike = [row for row in alike if row.branch in case.branches]
     for values, column, name in ((case.areas, "area", "A_rep/A0"), (case.rms_slopes, "rms_slope", "h'")):
         known = sorted({float(getattr(row, column)) for row in alike})
         inside = not known or all(known[0] <= value <= known[-1] for value in values)

@@ -96,6 +96,7 @@ def states(crystal: str, family: Family) -> list[Row]:
             crystal,
             family.depth,
             *(columns[name][i].item() for name in ("adhesion_length", "seed", "rms_slope", "area")),
+            str(columns["branch"][i]),
             *(abs(columns[f"nonlinearity_{name}"][i].item()) for name in ("load", "gross_load", "displacement")),
             *(abs(columns[f"{step}_gross_load"][i].item()) for step in STEPS if step != "nonlinearity"),
         )
@@ -106,23 +107,22 @@ def states(crystal: str, family: Family) -> list[Row]:
     return found
 
 
-def run(*, deep: bool) -> None:
-    """Write the file, with one family anew."""
-    family = DEEP if deep else CRYSTALS
-    kept = [row for row in ensemble.rows() if row.seed not in family.seeds]
-    new = [states(crystal, family) for crystal in (ensemble.SPRINGS, *(() if deep else POTENTIALS))]
-    found = sorted((*kept, *itertools.chain(*new)), key=lambda row: row.seed in DEEP.seeds)
+def run(family: Family, crystals: Sequence[str]) -> None:
+    """Write the file, with one family of some crystals anew."""
+    kept = [row for row in ensemble.rows() if row.seed not in family.seeds or row.crystal not in crystals]
+    new = [states(crystal, family) for crystal in crystals]
+    found = sorted((*kept, *itertools.chain(*new)), key=lambda row: row.seed in DEEP.seeds + DEEP_CRYSTALS.seeds)
     with FILE.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Row._fields)
-        writer.writerows([row.crystal, *(f"{value:.6g}" for value in row[1:])] for row in found)
+        writer.writerows([value if isinstance(value, str) else f"{value:.6g}" for value in row] for row in found)
 
 
 def limits() -> str:
     """Smallest and largest difference of each linear step over the surfaces of a family, and a limit."""
     families: dict[tuple[str, float, float], dict[str, dict[int, dict[str, float]]]] = {}
     for row in ensemble.rows():
-        kind = ensemble.SPRINGS if row.crystal == ensemble.SPRINGS else "metals"
+        kind = row.crystal if row.crystal in ensemble.ALONE else "metals"
         of = families.setdefault((kind, row.depth, row.adhesion_length), {}).setdefault(row.crystal, {})
         worst = of.setdefault(row.seed, dict.fromkeys(ensemble.LINEAR, 0.0))
         for step in ensemble.LINEAR:
@@ -159,9 +159,17 @@ def main() -> None:
         "--judge", nargs="*", choices=JUDGED, help="run metals that are in no bound; all if none is named"
     )
     parser.add_argument("--deep", action="store_true", help="run the surfaces on deep springs only")
+    parser.add_argument(
+        "--crystals", nargs="+", choices=(*POTENTIALS, LENNARD_JONES), help="run the surfaces on deep slabs of these"
+    )
     given = parser.parse_args()
     if given.judge is None:
-        run(deep=given.deep)
+        if given.crystals:
+            run(DEEP_CRYSTALS, given.crystals)
+        elif given.deep:
+            run(DEEP, (ensemble.SPRINGS,))
+        else:
+            run(CRYSTALS, (ensemble.SPRINGS, *POTENTIALS))
     else:
         judge(given.judge or JUDGED)
 

@@ -35,11 +35,14 @@ def of(text: str, tmp_path: Path) -> ValidateConfig:
     return load(tmp_path / "input.toml", ValidateConfig)
 
 
-def made(crystal: str, coefficient: float, seeds: range = range(101, 109)) -> list[Row]:
+def made(
+    crystal: str, coefficient: float, seeds: range = range(101, 109), branches: tuple[str, ...] = ("approach",)
+) -> list[Row]:
     """States of one crystal whose coefficients scatter by a per cent."""
     return [
-        Row(crystal, 2.0, length, seed, slope, area, c * slope, c * slope, c * slope**2, *(c * k for k in (1, 2, 3, 4)))
+        Row(crystal, 2.0, length, seed, slope, area, branch, *(c * slope**n for n in (1, 1, 2)), c, 2 * c, 3 * c, 4 * c)
         for seed in seeds
+        for branch in branches
         for length in (0.0, 0.005)
         for slope in (0.1, 0.01)
         for area in (0.1, 0.25)
@@ -90,7 +93,12 @@ def test_what_is_judged_is_in_no_bound_of_its_own(tmp_path: Path, monkeypatch: p
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('kind = "springs"', 'kind = "lennard-jones"', "springs and metals"),
+        ('kind = "springs"', 'kind = "lennard-jones"', "depth/λ_s is 4, here 2"),
+        (
+            "adhesion_length = 0.0",
+            'adhesion_length = 0.005\nbranches = ["retract"]',
+            "with adhesion it approaches only",
+        ),
         ("depth = 16.0", "depth = 40.0", "depth/λ_s is 2 or 4, here 5"),
         ("hurst = 0.8", "hurst = 0.5", "H is 0.8, here 0.5"),
         ("rms_slopes = [0.1, 0.01]", "rms_slopes = [0.001]", "h' is 0.01 to 0.1"),
@@ -102,6 +110,24 @@ def test_outside_of_the_ensemble_there_is_no_bound(old: str, new: str, words: st
     config = of(SPRINGS.replace(old, new), tmp_path)
     assert words in untested(config, config.case[0])
     assert not carried_bounds(config, config.case[0])
+
+
+def test_retracting_states_are_judged_by_such_states_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = of(SPRINGS.replace("adhesion_length = 0.0", 'adhesion_length = 0.005\nbranches = ["approach"]'), tmp_path)
+    states = [*made("springs", 0.1), *made("springs", 9.0, branches=("retract",))]
+    monkeypatch.setattr(ensemble, "rows", lambda: states)
+    assert carried_bounds(config, config.case[0])[0].coefficient < 0.12
+    both = config.case[0].model_copy(update={"branches": ("approach", "retract")})
+    assert carried_bounds(config, both)[0].coefficient > 9
+
+
+def test_lennard_jones_is_judged_by_its_own_surfaces_where_it_was_run() -> None:
+    config = load(ROOT / "inputs/validate/lennard-jones.toml", ValidateConfig)
+    plain, *others = config.case
+    bounds = {bound.step: bound for bound in carried_bounds(config, plain)}
+    assert {*ensemble.LINEAR} < {*bounds}
+    assert all("8 other surfaces on 1 crystal" in bound.reason for bound in bounds.values())
+    assert all("l_a/a0 is 0, here" in untested(config, case) for case in others)
 
 
 def test_the_ensemble_has_eight_surfaces_of_each_crystal_and_judges_a_case_without_bounds(tmp_path: Path) -> None:
