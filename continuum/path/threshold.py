@@ -47,9 +47,9 @@ from continuum.solve.solver import Solver
 ACCURACY, ITERATIONS = 1e-3, 1000
 """Relative residual of the linear solves, which moves the threshold by .3 % at most on three surfaces, and steps after
 which they give up."""
-SHAPES, SAME = 12, 1e-3
+SHAPES, SAME = 12, 1e-4
 """Works at which the shape of a law is looked at before the threshold counts as not found, and how far two shapes may
-be apart, relative to the largest attraction: a hundredth of what the third order leaves open."""
+be apart, relative to the largest attraction: a thousandth of what the third order leaves open."""
 NOTHING = -10.0
 """Logarithm of the attraction over the load that stands for none at all: a work e^10 times as large is tried next."""
 EDGE = 0.03
@@ -297,18 +297,25 @@ class PressedState:
         """
         work = dmt = self.dmt(law_of) if self.load > 0 else np.nan
         low, high, chi, withdrawal = np.nan, np.nan, np.nan, np.nan
-        last: tuple[Real, StateResponse] | None = None
+        last: Real | None = None
+        before: tuple[float, float] | None = None
         for _ in range(SHAPES if np.isfinite(dmt) else 0):
             pull, slope = self.attraction(law_of(work))
-            if last is not None and np.allclose(pull, last[0], rtol=0.0, atol=SAME * float(pull.max())):
+            if last is not None and np.allclose(pull, last, rtol=0.0, atol=SAME * float(pull.max())):
                 break
             response = self.response(pull, slope)
-            last = pull, response
+            last = pull
             low, high, chi = response.threshold(self.load)
             withdrawal = response.withdrawal
-            work = low if np.isinf(high) else float(np.sqrt(max(low * high, 0.0)))
-            if not work > 0:
+            found = low if np.isinf(high) else float(np.sqrt(max(low * high, 0.0)))
+            if not found > 0:
                 break
+            # The work whose law asks for itself, by the secant: each law's work as the next one goes back and forth
+            # where the range grows with the work, and may not come to an end.
+            here, off = float(np.log(work)), float(np.log(found / work))
+            rise = (off - before[1]) / (here - before[0]) if before is not None and here != before[0] else -1.0
+            before = here, off
+            work *= float(np.exp(-off / min(rise, -0.5)))
         else:
             low, high, chi = np.nan, np.nan, np.nan
         return Threshold(low, high, dmt, chi, self.area_rep, self.patches, withdrawal)
