@@ -123,8 +123,9 @@ def _rows(file: Path) -> list[dict[str, str]]:
 
 
 def summary(one: list[dict[str, str]], other: list[dict[str, str]]) -> str:
-    """Pairs and CPU time of the second file over those of the first, by kind, and how far the states differ."""
-    lines, both = [], list(zip(one, other, strict=False))
+    """Pairs and CPU time of the second file over those of the first, of the systems in both, and how states differ."""
+    of = [{tuple(row[key] for key in System._fields): row for row in rows} for rows in (one, other)]
+    lines, both = [], [(row, of[1][system]) for system, row in of[0].items() if system in of[1]]
     for kind in ("threshold", "back", "area", "all"):
         part = [pair for pair in both if kind in (pair[0]["kind"], "all")]
         for key in ("pairs", "cpu") if part else ():
@@ -134,14 +135,14 @@ def summary(one: list[dict[str, str]], other: list[dict[str, str]]) -> str:
                 f"{kind}, {len(part)} systems, {key}: {whole:.2f} times in all, {median(ratios):.2f} in the median "
                 f"({ratios[0]:.2f} to {ratios[-1]:.2f})"
             )
-    for number, (a, b) in enumerate(both):
+    for a, b in both:
         apart = {
             key: f"{float(b[key]) / float(a[key]) - 1:.1e}"
             for key in ("work", "mean_area", "mean_load", "least_load")
             if abs(float(b[key]) - float(a[key])) > 1e-3 * abs(float(a[key]))
         }
         if apart or a["status"] != b["status"]:
-            lines.append(f"system {number}, {a['kind']}: {a['status']}, {b['status']}; {apart}")
+            lines.append(f"{a['kind']}, {a['n']}², seed {a['seed']}: {a['status']}, {b['status']}; {apart}")
     return "\n".join(lines)
 
 
