@@ -12,7 +12,18 @@ from typing import TYPE_CHECKING, Any, Self, SupportsIndex, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from continuum.inputs.arguments import ArgumentError, field_of, file_name, function, instance, number, pair, several
+from continuum.inputs.arguments import (
+    ArgumentError,
+    field_of,
+    file_name,
+    function,
+    hinted,
+    hinted_class,
+    instance,
+    number,
+    pair,
+    several,
+)
 from continuum.measure import contact as contacts
 from continuum.measure.contact import Equilibrium, Measurement
 from continuum.measure.curve import Adhesion, Curve, adhesion
@@ -41,6 +52,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@hinted_class
 @dataclass(frozen=True, eq=False)
 class Contact:
     """A rigid rough wall above an elastic substrate.
@@ -90,7 +102,7 @@ class Contact:
         slope = self.moments.rms_slope
         check_slope(slope)
         for message in doubts(self.problem, slope):
-            warnings.warn(message, stacklevel=3)
+            warnings.warn(message, stacklevel=4)
 
     @cached_property
     def problem(self) -> ContactProblem:
@@ -125,6 +137,7 @@ class Contact:
         named = ("tolerance", "max_iterations", "threads", "device")
         return SolverTable(**{name: getattr(self, name) for name in named})
 
+    @hinted
     def press(
         self,
         *,
@@ -160,6 +173,7 @@ class Contact:
         state.warn_of([found], self.moments.rms_height)
         return found
 
+    @hinted
     def path(
         self,
         *,

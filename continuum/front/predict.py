@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 from numpy.typing import ArrayLike
 
-from continuum.inputs.arguments import choice, count, file_name, flag
+from continuum.inputs.arguments import choice, count, file_name, flag, hinted
 from continuum.inputs.reading import load
 from continuum.inputs.toml import find
 from continuum.maps.map import Topography, TopographyError
@@ -64,6 +64,7 @@ class Prediction(PredictionNumbers):
         return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
 
 
+@hinted
 def predict(
     *maps: str | Path | ArrayLike,
     size: str | Sequence[str] | None = None,

@@ -8,7 +8,7 @@ from typing import Any
 
 from continuum.front.contact import LoadingPath, State
 from continuum.front.costs import NOT_MEASURED, check_sweep, seconds_of
-from continuum.inputs.arguments import ArgumentError, file_name, flag, function, number, several
+from continuum.inputs.arguments import ArgumentError, file_name, flag, function, hinted, number, several
 from continuum.inputs.reading import InputFile, load, settings_of, source_of
 from continuum.store.identity import identity
 from continuum.store.runs.build import RunSetup, build
@@ -37,6 +37,7 @@ class CheckReport:
         return self.sheet._repr_html_()
 
 
+@hinted
 def check(
     file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced: bool = False, measure: bool = False
 ) -> CheckReport:
@@ -94,6 +95,7 @@ def _time_of(config: RunConfig, *, measure: bool) -> tuple[str, str, str]:
     return "time of the first state", f"{seconds_of(config, first_state=True):.2g}", "s"
 
 
+@hinted
 def run(
     file: InputFile | RunConfig,
     output: str | Path = "results",
@@ -140,6 +142,7 @@ def run(
 _OF_A_SEARCH = "loading.area_tolerance", "loading.area_resolution"
 
 
+@hinted
 def threshold(
     file: InputFile,
     output: str | Path = "results",

@@ -15,7 +15,7 @@ from typing import Any
 
 import continuum.store.sweeps.collect
 from continuum.front.costs import core_hours, costs_of, tasks_of
-from continuum.inputs.arguments import ArgumentError, count, file_name, flag, function, instance, number, pair
+from continuum.inputs.arguments import ArgumentError, count, file_name, flag, function, hinted, instance, number, pair
 from continuum.inputs.reading import InputFile, settings_of
 from continuum.inputs.toml import text_of
 from continuum.solve.backend import back_end
@@ -42,6 +42,7 @@ After = Callable[[TaskResult, int, int], None]
 """Called after each system with its result, the number of finished systems, and the number of all."""
 
 
+@hinted
 def sweep(
     file: InputFile,
     output: str | Path = "results",
@@ -218,6 +219,7 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     return replace(found, files=tuple(files))
 
 
+@hinted
 def sweep_slurm(
     file: str | Path,
     output: str | Path = "results",

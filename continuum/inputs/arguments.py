@@ -4,13 +4,16 @@ Numbers are finite, and neither text nor booleans; a field is real, has no missi
 else raises :class:`ArgumentError`.
 """
 
+import difflib
+import inspect
 import math
 import numbers
 import operator
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +22,8 @@ from continuum.inputs.errors import InputError
 
 _Choice = TypeVar("_Choice", bound=str)
 _Kind = TypeVar("_Kind")
+_Called = TypeVar("_Called", bound=Callable[..., Any])
+_Class = TypeVar("_Class", bound=type)
 _KINDS = {"c": "complex numbers", "b": "booleans", "U": "text", "S": "text"}
 
 
@@ -32,6 +37,32 @@ class ArgumentError(InputError, ValueError):
     def __reduce__(self) -> tuple[Any, ...]:
         """Only the message is sent to another process, as the value may be a whole map."""
         return Exception.__new__, (type(self), str(self)), vars(self)
+
+
+def hint(unknown: str, names: Iterable[str]) -> str:
+    """The name that an unknown one probably means, as the end of a message; empty if there is none."""
+    meant = difflib.get_close_matches(unknown, list(names), 1)
+    return f"; did you mean {meant[0]}?" if meant else ""
+
+
+def hinted(called: _Called) -> _Called:
+    """A function whose TypeError for an argument of an unknown name says which one is probably meant."""
+    known = inspect.signature(called).parameters
+
+    @wraps(called)
+    def with_hint(*values: Any, **named: Any) -> Any:
+        for unknown in named.keys() - known.keys():
+            said = f"{called.__qualname__}() got an unexpected keyword argument {unknown!r}{hint(unknown, known)}"
+            raise TypeError(said.replace(".__init__", ""))
+        return called(*values, **named)
+
+    return cast("_Called", with_hint)
+
+
+def hinted_class(described: _Class) -> _Class:
+    """A class of which that holds."""
+    setattr(described, "__init__", hinted(getattr(described, "__init__")))  # noqa: B009, B010
+    return described
 
 
 def number(

@@ -11,7 +11,6 @@ lines, and Python of the first fault of its arguments, as :class:`~continuum.inp
 """
 
 import ast
-import difflib
 import hashlib
 import inspect
 import math
@@ -56,7 +55,7 @@ from pydantic.functional_validators import ModelWrapValidatorHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, ErrorDetails, PydanticCustomError
 
-from continuum.inputs.arguments import ArgumentError
+from continuum.inputs.arguments import ArgumentError, hint
 from continuum.inputs.keys import frozen, parts, what_is_allowed
 
 Key = tuple[str | int, ...]
@@ -106,6 +105,8 @@ class Table(BaseModel):
     """Keys that do not change results: threads, output options."""
     newer: ClassVar[frozenset[str]] = frozenset()
     """Keys added after results were stored: they count for the identity only if they differ from their default."""
+    alone: ClassVar[frozenset[str]] = frozenset()
+    """Keys of whose value nothing else in an input depends, nor whether it is valid."""
     renamed: ClassVar[Mapping[str, str]] = {}
     """Keys that had another name when results were first stored, with that name; files and identities have it."""
     kind_key: ClassVar[str] = ""
@@ -242,9 +243,7 @@ def _init_of(fields: Mapping[str, FieldInfo]) -> Any:
             given = Signature(arguments).bind(*values, **named).arguments
         except TypeError as error:
             unknown = next((name for name in named if name not in fields), "")
-            meant = difflib.get_close_matches(unknown, fields, 1)
-            hint = f"; did you mean {meant[0]}?" if meant else ""
-            raise TypeError(f"{type(self).__name__}({', '.join(fields)}): {error}{hint}") from None
+            raise TypeError(f"{type(self).__name__}({', '.join(fields)}): {error}{hint(unknown, fields)}") from None
         self._take(**given)
 
     vars(__init__)["__signature__"] = Signature([Parameter("self", Parameter.POSITIONAL_ONLY), *arguments])

@@ -325,4 +325,5 @@ def warn_of(states: Sequence[PathState], rms_height: float) -> None:
     if failed:
         cause = f"; heights of {rms_height:.1e} a0 are probably in metres: divide them by a0" * (rms_height < _FLAT)
         said = f"not converged: {len(failed)} of {len(states)} states; the first: {failed[0].status}{cause}"
-        warnings.warn(said, NotConvergedWarning, stacklevel=3)
+        # Above this function and the one of the contact, with the one that gives hints, is the caller.
+        warnings.warn(said, NotConvergedWarning, stacklevel=4)

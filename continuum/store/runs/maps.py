@@ -20,7 +20,9 @@ def dataset_of(path: Path, points: Sequence[Point], attributes: Mapping[str, Any
     found = {name: variable(each, FLAGS, name) for name, each in held.items()}
     found |= maps_of(np.array(path, dtype=object), (), len(points), complete=True)
     found["step"] = xarray.Variable(("step",), np.arange(len(points)), {"long_name": "point of the path"})
-    return xarray.Dataset(found, attrs={name: value for name, value in attributes.items() if "/" not in name})
+    said = {name: value for name, value in attributes.items() if "/" not in name}
+    # netCDF has no booleans as attributes.
+    return xarray.Dataset(found, attrs={k: int(v) if isinstance(v, bool | np.bool_) else v for k, v in said.items()})
 
 
 def maps_of(paths: NDArray[Any], dims: tuple[str, ...], steps: int, *, complete: bool) -> dict[str, xarray.Variable]:

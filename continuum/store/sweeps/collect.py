@@ -48,7 +48,7 @@ class LeftOutWarning(UserWarning):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PointTable:
+class PointTable(Shown):
     """Table of all converged points of a sweep, one per row."""
 
     listing: SweepListing = field(repr=False)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import base64
 import operator
+from collections.abc import Callable
 from pathlib import Path
 from typing import get_overloads, get_type_hints
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import xarray
 from matplotlib.figure import Figure
 
 import atomistic as a
@@ -149,6 +151,7 @@ def test_the_largest_slope_of_the_paper_is_not_called_steep(seed: int) -> None:
     c.Contact(heights, wall=c.HardWall())  # a warning would be an error
 
 
+@pytest.mark.filterwarnings("ignore:not converged")
 def test_a_path_of_which_nothing_converged_shows_why(contact: c.Contact) -> None:
     path = c.Contact(contact.heights, wall=contact.wall, max_iterations=1).path(mean_gap=[2.0, 1.5, 2.0])
     assert repr(path) == "LoadingPath(3 states, 0 converged, pull-off tension nan E*)"
@@ -161,6 +164,7 @@ def test_a_path_of_which_nothing_converged_shows_why(contact: c.Contact) -> None
     assert np.isnan(gone.pull_off)
 
 
+@pytest.mark.filterwarnings("ignore:not converged")
 def test_what_is_not_converged_says_why_when_it_is_required(contact: c.Contact) -> None:
     hasty = c.Contact(contact.heights, wall=contact.wall, max_iterations=2)
     state = hasty.press(mean_gap=2.0)
@@ -181,7 +185,17 @@ def test_commands_as_functions(tmp_path: Path, drawn: dict[str, Figure]) -> None
     found = result.analyse()
     assert "κ_rep" in found._repr_html_()
     assert result._repr_html_().count("<tr>") == 6
+    frame = result.to_pandas()
+    assert list(frame["load"]) == [point.load for point in result.points]
+    assert frame.index.name == "step"
+    assert frame.attrs["units"]["mean_gap"] == "a0"
     data = result.to_xarray()
+    for engine in ("scipy", "h5netcdf"):
+        data.to_netcdf(tmp_path / f"{engine}.nc", engine=engine)
+        with xarray.open_dataset(tmp_path / f"{engine}.nc", engine=engine) as stored:
+            xarray.testing.assert_equal(stored, data)
+    # Of all names only this one is a method of a dataset: data["load"] is the column.
+    assert set(map(str, data.variables)) & set(dir(xarray.Dataset)) == {"load"}
     assert data["gap"].dims == data["repulsive"].dims == ("step", "x", "y")
     assert data["repulsive"].dtype == bool
     for step in range(5):
@@ -262,6 +276,24 @@ def test_a_state_that_is_none_is_told_once_with_the_likely_cause(contact: c.Cont
     with pytest.warns(c.NotConvergedWarning, match=r"1 of 2 states.*probably in metres") as said:
         in_metres.path(mean_gap=[1.5, 0.99])
     assert len(said) == 1
+    assert said[0].filename == __file__  # the line of the caller
+
+
+def test_an_unknown_argument_says_which_one_is_meant(contact: c.Contact, tmp_path: Path) -> None:
+    heights, wall = contact.heights, contact.wall
+    calls: list[tuple[Callable[..., object], tuple[object, ...], str, str]] = [
+        (c.Contact, (heights, wall), "substarte", "substrate"),
+        (contact.press, (), "mean_gaps", "mean_gap"),
+        (contact.path, (), "seperation", "separation"),
+        (c.run, (SMALL, tmp_path), "forse", "force"),
+        (c.check, (SMALL,), "reduce", "reduced"),
+        (c.sweep, (SMALL, tmp_path), "worker", "workers"),
+        (c.predict, (heights,), "modulu", "modulus"),
+    ]
+    for called, given, wrong, meant in calls:
+        with pytest.raises(TypeError, match=f"'{wrong}'; did you mean {meant}"):
+            called(*given, **{wrong: 1})
+    assert not list(tmp_path.iterdir())
 
 
 def test_settings_merge_into_a_table_or_replace_it_by_one_that_says_its_kind(tmp_path: Path) -> None:
