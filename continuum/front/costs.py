@@ -37,12 +37,13 @@ class SystemCost:
     kind: str
     """Its grid, in words."""
     config: RunConfig
+    """Its input, perhaps with another seed."""
     cost: Cost
 
 
 def costs_of(described: Sweep) -> list[SystemCost]:
     """Cost of each system, and of what is tried between the two ends of each search, as if all cross."""
-    found = [SystemCost(plan.key, plan.kind, config, cost_of(config)) for plan, config in described.systems()]
+    found = [SystemCost(plan.key, plan.kind, config, cost_of(config)) for plan, config, _ in described.plans()]
     if described.bisection is not None:
         ends = zip(found[::2], found[1::2], strict=True)
         between = described.bisection.halvings

@@ -28,6 +28,7 @@ class SelfAffineSurface(SelfAffineSpectrum, kind="self-affine"):
     newer: ClassVar[frozenset[str]] = frozenset({"rms_height"})
     sizes: ClassVar[tuple[str, ...]] = ("rms_slope", "rms_height")
 
+    alone: ClassVar[frozenset[str]] = frozenset({"seed"})
     seed: Seed
     """seed of the random numbers"""
     rms_slope: Slope | None = None

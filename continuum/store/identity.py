@@ -3,6 +3,9 @@
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
+from functools import reduce
+from operator import getitem
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from continuum.inputs.document import Document
@@ -28,12 +31,26 @@ def identity(config: Document) -> str:
 
     Paths, threads, hosts and output options do not count.
     """
-    content = {
-        "schema": config.result_schema,
-        "version": config.result_version,
-        "config": config.plain(identity=True),
-    }
-    return hashlib.sha256(_canonical(content).encode()).hexdigest()
+    return identified(identity_text(config))
+
+
+def identity_text(config: Document, values: Mapping[str, Any] = MappingProxyType({})) -> str:
+    """The text of which the identity is the hash, with other values of some dotted keys.
+
+    Raises KeyError if it has not one of the keys.
+    """
+    content = config.plain(identity=True)
+    for key, value in values.items():
+        *outer, name = key.split(".")
+        table = reduce(getitem, outer, content)
+        _ = table[name]
+        table[name] = value
+    return _canonical({"schema": config.result_schema, "version": config.result_version, "config": content})
+
+
+def identified(text: str) -> str:
+    """The identity of an input, from its text."""
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def former_settings(config: Document) -> Iterator[tuple[str, dict[str, Any]]]:

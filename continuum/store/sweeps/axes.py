@@ -21,6 +21,7 @@ from continuum.inputs.tables import Fault, Key, Table, constraint
 from continuum.inputs.toml import ConfigError, Source, document, text_of
 from continuum.store.identity import identity
 from continuum.store.runs.config import MOST, RunConfig, expand_range
+from continuum.store.sweeps.alike import Alike
 from continuum.store.sweeps.bisection import Bisection, bisection_faults, is_bisection
 from continuum.store.sweeps.columns import OF_PYTHON, ColumnFunction, OwnColumn, name_faults, own_columns
 from continuum.store.sweeps.conditions import condition, dotted, holds, is_range, values_of
@@ -328,22 +329,54 @@ class Sweep:
         A search has its lower and then its upper end.  Raises ConfigError if a system is not a valid input, the column
         of a search does not exist, or there is no system.
         """
+        for plan, config, alike in self.plans():
+            yield plan, plan.config if alike else config
+
+    def _free_axes(self) -> list[int]:
+        """Axes of seeds alone, if no condition names one."""
+        if any("seed" in text for text in self.keep):
+            return []
+        return [i for i, axis in enumerate(self.axes) if all(key.endswith(".seed") for key in axis.keys)]
+
+    def plans(self) -> Iterator[tuple[System, RunConfig, bool]]:
+        """Its systems as :meth:`systems` gives them, but of those that differ in seeds the input of the first only.
+
+        The last of the three says whether it is that of another one.
+        """
         conditions, seen = [condition(text) for text in self.keep], dict[str, System]()
         search = self.bisection
         ends = [{}] if search is None else [{search.key: value} for value in (search.first, search.last)]
-        for places in itertools.product(*(axis.values for axis in self.axes)):
-            each = zip(self.axes, places, strict=True)
-            combination = {key: value for axis, values in each for key, value in zip(axis.keys, values, strict=True)}
+        free = [] if search is not None else self._free_axes()
+        keys = [key for i in free for key in self.axes[i].keys]
+        groups = dict[tuple[int, ...], Alike | None]()  # None: its systems are not kept
+
+        def planned(key: str, settings: _Values) -> System:
+            plan = System(key, settings, source=self.base)
+            if (other := seen.setdefault(key, plan)) is not plan:
+                cause = "equal values, files of the same content, or a key such as solver.threads on an axis"
+                same = f"{other.label} and {plan.label} are one and the same"
+                raise self._refused((), f"systems that differ: {same}", cause)
+            return plan
+
+        for places in itertools.product(*(range(len(axis.values)) for axis in self.axes)):
+            combination = {
+                key: value
+                for axis, i in zip(self.axes, places, strict=True)
+                for key, value in zip(axis.keys, axis.values[i], strict=True)
+            }
+            group = tuple(place for i, place in enumerate(places) if i not in free)
+            if keys and group in groups:
+                if (alike := groups[group]) is None:
+                    continue
+                if key := alike.key(combination):
+                    yield planned(key, combination), alike.config, True
+                    continue
             config = None
             for settings, source in self._kept([combination | end for end in ends], conditions):
                 config = parsed(source, RunConfig)
-                plan = System(identity(config), settings, source=self.base)
-                if plan.key in seen:
-                    cause = "equal values, files of the same content, or a key such as solver.threads on an axis"
-                    same = f"{seen[plan.key].label} and {plan.label} are one and the same"
-                    raise self._refused((), f"systems that differ: {same}", cause)
-                seen[plan.key] = plan
-                yield plan, config
+                yield planned(identity(config), settings), config, False
+            if keys and group not in groups:
+                groups[group] = None if config is None else Alike.of(config, keys)
             if config is not None and search is not None:
                 self._require_column(config, search, combination)
         if not seen:

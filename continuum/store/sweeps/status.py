@@ -16,7 +16,7 @@ from continuum.store.hdf5 import StoreError
 from continuum.store.sheet import MOST, Sheet, pairs
 from continuum.store.sweeps.axes import Sweep
 from continuum.store.sweeps.crossings import NOT_DONE, Crossing, asked_for, crossings_of, crossings_sheet
-from continuum.store.sweeps.folder import Folder
+from continuum.store.sweeps.folder import Folder, names
 from continuum.store.sweeps.listing import SweepListing, systems_of
 from continuum.store.sweeps.pace import Span, expected, timed_systems, work_of
 from continuum.store.sweeps.sweep import changes_of
@@ -129,9 +129,11 @@ def sweep_status(
     costs = {folder.point(system.key).stem: system for system in listing.systems}
     done = {name: when for name, when in ended.items() if name in costs}
     # Of a system that is done a column of one's own may have failed.
-    tried = {name: system.label for name, system in costs.items()} | {one.name: one.label for one in crossings}
-    reasons = {name: reason for name in tried if (reason := folder.failure_reason(name))}
-    failed = [(tried[name], reason) for name, reason in reasons.items()]
+    tried = names(folder.failed)
+    labels = {name: system.label for name, system in costs.items() if name in tried}
+    labels |= {one.name: one.label for one in crossings if one.name in tried}
+    reasons = {name: reason for name in labels if (reason := folder.failure_reason(name))}
+    failed = [(labels[name], reason) for name, reason in reasons.items()]
     running = []
     for mark in sorted(folder.work.glob(".*.lock")):
         name = mark.name.removeprefix(".").removesuffix(".lock")

@@ -19,7 +19,7 @@ from continuum.store.hdf5 import StoreError, UnreadError
 from continuum.store.identity import former_settings, identity
 from continuum.store.provenance import journal, made_by, provenance
 from continuum.store.runs.config import RunConfig
-from continuum.store.runs.cost import cost_of
+from continuum.store.runs.cost import Cost, cost_of
 from continuum.store.runs.growth import Growth, growths
 from continuum.store.runs.run import follow_run
 from continuum.store.sweeps.axes import Axis, Sweep, System, label_of
@@ -216,13 +216,16 @@ def solve_system(root: Path, task: SystemTask) -> None:
 def _listed(sweep: Sweep, folder: Folder, made_of: str) -> tuple[SweepListing, list[SystemTask]]:
     tasks = list[SystemTask]()
     common: dict[str, Any] = {}
-    for plan, config in sweep.systems():
-        values = dict(dotted(config.plain()))
-        # Keys that follow from one on an axis, as the period from the points, are not common.
-        common = {key: value for key, value in common.items() if values.get(key) == value} if tasks else values
-        if len(config.files) > 1:  # beside the input itself
-            made_of = ""
-        cost = cost_of(config)
+    costs = dict[int, Cost]()
+    for plan, config, alike in sweep.plans():
+        if not alike:
+            values = dict(dotted(config.plain()))
+            # Keys that follow from one on an axis, as the period from the points, are not common.
+            common = {key: value for key, value in common.items() if values.get(key) == value} if tasks else values
+            if len(config.files) > 1:  # beside the input itself
+                made_of = ""
+            costs[id(config)] = cost_of(config)
+        cost = costs[id(config)]
         plan = replace(plan, cost=cost.work, memory=float(cost.memory))
         tasks.append(_task(folder, sweep, plan))
     axes, search = sweep.axes, sweep.bisection
