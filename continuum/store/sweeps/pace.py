@@ -5,8 +5,10 @@ their identities, so that the first ones are a sample of all.
 """
 
 import heapq
+import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from statistics import stdev
 from typing import NamedTuple, Self
 
 from continuum.store import datasets as store
@@ -15,8 +17,7 @@ from continuum.store.sheet import duration
 from continuum.store.sweeps.folder import Folder
 
 FACTOR = 3.0
-"""Factor by which the mean time of the systems on a grid may differ from that of the first one.  After n systems its
-logarithm is smaller by √n (docs/studies/sweeps.md)."""
+"""Factor by which the mean time of the systems on a grid may differ from that of the first one."""
 _LONG = 300.0
 """Seconds of a system in which loading or compiling the solver, up to half a minute, can be neglected."""
 _SECONDS, _FIRST = "journal/total_seconds", "journal/first_of_process"
@@ -39,7 +40,7 @@ class SystemTime(NamedTuple):
     @property
     def counts(self) -> bool:
         """Whether its time is that of its states."""
-        return self.work > 0 and (not self.first or self.seconds > _LONG)
+        return self.work > 0 and self.seconds > 0 and (not self.first or self.seconds > _LONG)
 
 
 class Span(NamedTuple):
@@ -69,6 +70,17 @@ def work_of(each: Iterable[tuple[str, float]]) -> dict[str, float]:
     return found
 
 
+def range_factor(rates: Sequence[float]) -> float:
+    """Factor by which the mean time per work of all systems on a grid may differ from that of some of them.
+
+    Two standard errors of its logarithm, by the scatter that was seen, but at least by that of :data:`FACTOR` for one
+    (docs/studies/sweeps.md).
+    """
+    logarithms = [math.log(rate) for rate in rates]
+    scatter = 2 * stdev(logarithms) if len(rates) > 1 else 0.0
+    return math.exp(max(math.log(FACTOR), scatter) / math.sqrt(len(rates)))
+
+
 def expected(ended: Iterable[SystemTime], left: Mapping[str, float], *, scaled: bool = False) -> Span | None:
     """Time in one process for the work that is left on each grid; None if on one of them no system has ended.
 
@@ -89,7 +101,7 @@ def expected(ended: Iterable[SystemTime], left: Mapping[str, float], *, scaled: 
     parts = [Span(0.0, 0.0, 0.0)]
     for kind, work in left.items():
         if kind in seen:
-            seconds, factor = rates[kind] * work, FACTOR ** len(seen[kind]) ** -0.5
+            seconds, factor = rates[kind] * work, range_factor([one.seconds / one.work for one in seen[kind]])
         else:
             seconds, factor = max(rates.values()) * work, FACTOR**2
         parts.append(Span(seconds, seconds / factor, seconds * factor))

@@ -18,8 +18,9 @@ def test_the_time_of_what_is_left_goes_with_its_work_on_each_grid() -> None:
     span = expected(ended, {"small": 8.0, "large": 20.0})
     assert span is not None
     assert span.seconds == pytest.approx(8 * 4 / 4 + 20 * 10)
-    assert span.high == pytest.approx(8 * FACTOR**0.5**0.5 + 200 * FACTOR)
-    assert span.over(4).low == pytest.approx((8 / FACTOR**0.5**0.5 + 200 / FACTOR) / 4)
+    # Two standard errors of the logarithms of two rates that differ by three are a factor of three.
+    assert span.high == pytest.approx(8 * 3 + 200 * FACTOR)
+    assert span.over(4).low == pytest.approx((8 / 3 + 200 / FACTOR) / 4)
     # Nothing is said of a grid on which nothing has ended, unless it may be scaled; then the range is wider.
     assert expected(ended[:2], {"small": 8.0, "large": 20.0}) is None
     scaled = expected(ended[:2], {"large": 20.0}, scaled=True)
@@ -27,6 +28,10 @@ def test_the_time_of_what_is_left_goes_with_its_work_on_each_grid() -> None:
     assert scaled == pytest.approx((20, 20 / FACTOR**2, 20 * FACTOR**2))
     assert expected([], {"small": 1.0}, scaled=True) is None
     assert expected([], {}) == (0, 0, 0)
+    # Times that scatter more than that widen the range: two standard errors.
+    wide = expected([SystemTime("", 1.0, 1.0), SystemTime("", 1.0, 100.0)], {"": 1.0})
+    assert wide is not None
+    assert wide.high / wide.seconds == pytest.approx(100)
 
 
 def test_the_first_of_a_process_does_not_count_unless_loading_is_nothing_beside_it() -> None:
@@ -65,13 +70,13 @@ def test_progress_tells_the_time_only_when_each_grid_has_told_it(
         told.begin(tasks)
         told.end(TaskResult(tasks[4], 100.0, first=True, at_once=2))
         told.end(TaskResult(tasks[0], 90.0, first=True, at_once=2))
-        told.end(TaskResult(tasks[5], 40.0, at_once=2))
+        told.end(TaskResult(tasks[5], 44.0, at_once=2))
         assert "left" not in capsys.readouterr().out
         told.end(TaskResult(tasks[1], 10.0, at_once=2))
         shown = capsys.readouterr()
-        # 2 x 10 s and 2 x 40 s are left, for two processes.
-        assert "17 s to 2 min left" in shown.out
-        assert "mine: the other 4 take 33 s to 5 min of one core" in shown.err
+        # 2 x 10 s and 2 x 44 s are left, for two processes.
+        assert "18 s to 3 min left" in shown.out
+        assert "mine: the other 4 take 36 s to 5 min of one core" in shown.err
         told.advance(tasks[6], 1.0)
         told.end(TaskResult(tasks[6], 40.0, at_once=2))
         assert "the other" not in capsys.readouterr().err  # once
