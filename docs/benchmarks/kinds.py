@@ -53,6 +53,10 @@ KINDS: dict[str, Callable[[int, int], _Pressed]] = {
     "line of n² points, hard wall, pressure 4e-4 E*": _line,
     "l_a = 0.005 a0, 5 % of the area": lambda n, seed: (c.Contact(_heights(n, seed), _law()), {"area": 0.05}),
     "the same, two rough bodies": _two,
+    "the same, coating of 8 a0 ten times as stiff": lambda n, seed: (
+        c.Contact(_heights(n, seed), _law(), c.LayeredHalfSpace([(8.0, 10.0, 0.3)], (1.0, 0.3))),
+        {"area": 0.05},
+    ),
     "spline on a core of 5 E*/a0, 1 % of the area": lambda n, seed: (
         c.Contact(_heights(n, seed), c.attraction_on_core("spline", 0.0004, 0.25, 5.0)),
         {"area": 0.01},
@@ -60,10 +64,6 @@ KINDS: dict[str, Callable[[int, int], _Pressed]] = {
     "exponential on a core of 5 E*/a0, 1 % of the area": lambda n, seed: (
         c.Contact(_heights(n, seed), c.attraction_on_core("exponential", 0.0004, 0.8, 5.0)),
         {"area": 0.01},
-    ),
-    "the same, coating of 8 a0 ten times as stiff": lambda n, seed: (
-        c.Contact(_heights(n, seed), _law(), c.LayeredHalfSpace([(8.0, 10.0, 0.3)], (1.0, 0.3))),
-        {"area": 0.05},
     ),
 }
 """Each makes a contact from points a side and a seed, with what it is pressed to."""
