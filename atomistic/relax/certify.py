@@ -25,7 +25,7 @@ from continuum.measure.contact import ATTRACTED, REPULSIVE, contact_map
 from continuum.model.eigenvalue import Lowest, lowest_eigenvalue
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
-from continuum.show.checks import quantities
+from continuum.store.checks import quantities
 from continuum.store.sheet import Column, Sheet, Shown
 
 ENOUGH = 1.5

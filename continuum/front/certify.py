@@ -25,8 +25,8 @@ from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import Control, Search, height, nearness
-from continuum.show.checks import quantities
 from continuum.store import datasets as store
+from continuum.store.checks import quantities
 from continuum.store.hdf5 import StoreError
 from continuum.store.runs.build import RunSetup, build
 from continuum.store.runs.record import Point, Record

@@ -77,8 +77,7 @@ def sweep(
     settings : values for keys of the input; a list for a key on an axis.
     reduced : use the smaller sizes of [sweep.reduced]: minutes instead of days.
     workers : number of processes; one by default, or one for each GPU; fewer if memory does not suffice.  With 0 the
-        folder is made and nothing is run: the result has the :meth:`~continuum.store.sweeps.collect.SweepRun.jobs` for
-        another scheduler.
+        folder is made and nothing is run: the ``jobs`` of the result are for another scheduler.
     threads : threads of the solver of each system.
     device : device of the solver, instead of ``[solver] device`` of the input: cpu, cuda (a GPU) or a library.
     memory : memory to use, in bytes; all of this machine if None.
