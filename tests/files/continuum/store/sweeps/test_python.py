@@ -102,6 +102,9 @@ def test_whatever_a_table_holds_ends_in_a_message_of_its_input(name: str, value:
 def test_pandas_and_xarray_have_what_the_files_have(table: PointTable, done: Any, tmp_path: Path) -> None:
     frame, cube = table.to_pandas(), table.to_xarray()
     assert repr(table) == "PointTable('mine', 12 points of 6 systems, 0 systems missing)"
+    # In a notebook both are tables.
+    assert "<td>12</td>" in table._repr_html_()
+    assert "done" in done._repr_html_()
     assert len(frame) == 12
     assert frame.attrs["units"]["load"] == "E*"
     for row in frame.itertuples(index=False):
