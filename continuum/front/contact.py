@@ -69,6 +69,7 @@ class Contact:
         left of A0; half a point of the grid always counts as met.
     threads : threads of the solver; results do not depend on their number.
     device : device of the solver: "cpu", "cuda" (a GPU), or a library of arrays, as in ``[solver] device``.
+    shards : devices over which "jax" divides the points.
 
     Raises ValueError if an argument is not allowed; warns if the grid does not resolve a length of the contact, or
     slopes are not small.
@@ -91,6 +92,7 @@ class Contact:
     area_tolerance: float = 0.01
     threads: int = 1
     device: str = "cpu"
+    shards: int = 1
 
     def __post_init__(self) -> None:
         _ = self._solver, Search(self.area_tolerance)  # which check their values
@@ -134,7 +136,7 @@ class Contact:
 
     @property
     def _solver(self) -> SolverTable:
-        named = ("tolerance", "max_iterations", "threads", "device")
+        named = ("tolerance", "max_iterations", "threads", "device", "shards")
         return SolverTable(**{name: getattr(self, name) for name in named})
 
     @hinted

@@ -15,11 +15,12 @@ from continuum.front import certify as certificates
 from continuum.front import doctor as examination
 from continuum.front import runs as front
 from continuum.front.options import FIGURES, like
-from continuum.inputs.errors import OK
+from continuum.inputs.errors import NOT_CONVERGED, OK
 from continuum.inputs.reading import load
 from continuum.inputs.reference import schema as schema_of
 from continuum.inputs.reference import template
 from continuum.show.console import progress, progress_of_known, report, warn
+from continuum.solve.processes import sharing
 from continuum.store.runs.config import RunConfig
 from continuum.store.runs.record import Point
 from continuum.store.runs.result import Result
@@ -47,6 +48,8 @@ def _timed(report: Callable[[int, str], None]) -> Callable[[Point, int, int], No
 @like(front.run)
 def run(file: str, **given: Any) -> int:
     config = load(file, RunConfig, given.pop("settings", None))
+    if not sharing(config.solver.shards).first:  # the first process speaks
+        return OK if all(point.converged for point in front.run(config, **given).points) else NOT_CONVERGED
     with progress(config.loading.points, Path(file).stem) as tell:
         found = front.run(config, progress=_timed(tell), warn=warn, **given)
     return _followed(found, *found.sheets())

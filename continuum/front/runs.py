@@ -13,7 +13,7 @@ from continuum.inputs.reading import InputFile, load, settings_of, source_of
 from continuum.store.identity import identity
 from continuum.store.runs.build import RunSetup, build
 from continuum.store.runs.config import RunConfig
-from continuum.store.runs.cost import cost_of
+from continuum.store.runs.cost import Share, cost_of
 from continuum.store.runs.result import Analysis, Result
 from continuum.store.runs.run import Progress, follow_run
 from continuum.store.sheet import Column, Sheet
@@ -83,6 +83,7 @@ def check(
         ("states of the path", f"{cost.states}", ""),
         ("memory, about", f"{cost.memory / 2**20:.4g}", "MiB"),
         _time_of(config, measure=measure),
+        *_shared(config),
         ("identity", identity(config)[:16], ""),
     ]
     columns = (Column("quantity"), Column("value"), Column("unit"))
@@ -93,6 +94,17 @@ def _time_of(config: RunConfig, *, measure: bool) -> tuple[str, str, str]:
     if not measure:
         return "time", NOT_MEASURED, "--measure solves the first state"
     return "time of the first state", f"{seconds_of(config, first_state=True):.2g}", "s"
+
+
+def _shared(config: RunConfig) -> list[tuple[str, str, str]]:
+    """What each device of several has and sends."""
+    if config.solver.shards == 1:
+        return []
+    share = Share.of(config)
+    return [
+        (f"memory on each of {share.shards} devices, about", f"{share.memory / 2**20:.4g}", "MiB"),
+        ("sent by each of them, about", f"{share.sent / 2**20:.4g}", "MiB in an FFT pair"),
+    ]
 
 
 @hinted

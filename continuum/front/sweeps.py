@@ -16,9 +16,11 @@ from typing import Any
 import continuum.store.sweeps.collect
 from continuum.front.costs import core_hours, costs_of, tasks_of
 from continuum.inputs.arguments import ArgumentError, count, file_name, flag, function, hinted, instance, number, pair
+from continuum.inputs.errors import InputError
 from continuum.inputs.reading import InputFile, settings_of
 from continuum.inputs.toml import text_of
 from continuum.solve.backend import back_end
+from continuum.solve.processes import sharing
 from continuum.store import datasets as store
 from continuum.store.datasets import Dataset
 from continuum.store.granted import granted_memory
@@ -114,7 +116,13 @@ def sweep(
         require_scheduler(cluster)
     else:  # all systems run on what the first one does
         _, config = next(described.systems())
-        devices = back_end(config.solver.device).devices()
+        if sharing(config.solver.shards).size > 1:
+            msg = (
+                "a sweep starts its own processes: start it without mpiexec or srun; shards are devices of each of them"
+            )
+            raise InputError(msg)
+        # Systems that are divided have all devices, one system after the other.
+        devices = () if config.solver.shards > 1 else back_end(config.solver.device).devices()
     at_once = max(1, len(devices)) if workers is None else workers
     check_workers(at_once or 1, threads, devices)
     limit = granted_memory() if memory is None else number("memory", memory, above=0)

@@ -30,8 +30,8 @@ NO_MEAN_GAP = "another control where nothing is repeated: a part of a half-space
 def solver_of(problem: ContactProblem, settings: Settings) -> Solver:
     """The solver of a problem's surface, for as many states of it as are wanted."""
     if problem.open_boundary is not None:
-        return NonPeriodicSolver(problem.open_boundary, settings.threads, settings.device)
-    return Solver(problem.grid, problem.stiffness_q, settings.threads, settings.device)
+        return NonPeriodicSolver(problem.open_boundary, settings.threads, settings.device, shards=settings.shards)
+    return Solver(problem.grid, problem.stiffness_q, settings.threads, settings.device, shards=settings.shards)
 
 
 def loosened(settings: Settings, factor: float = LOOSE, most: float = LOOSEST) -> Settings:

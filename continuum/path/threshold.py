@@ -351,7 +351,7 @@ def press_without_adhesion(
         If there is no such state, as between two sizes of a contact of few points.
     """
     hard = replace(problem, wall=HardWall())
-    solver = Solver(problem.grid, problem.stiffness_q, settings.threads, settings.device)
+    solver = Solver(problem.grid, problem.stiffness_q, settings.threads, settings.device, shards=settings.shards)
     return on_core(hard, find_area(hard, area, settings, search or Search(), (), "start", solver), core_stiffness)
 
 

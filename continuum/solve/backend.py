@@ -26,6 +26,9 @@ BACK_ENDS = {
 }
 """Name of a device, and the module of its back end, imported when it is first asked for; "cuda" is the first of the
 libraries that sees a GPU."""
+SMOOTH_FIELDS, BOUND_FIELDS = 22.0, 16.0
+"""Memory that a solve on whole arrays needs under a law and under a bound, in fields of the finest grid, where a pass
+has no intermediate ones."""
 SHORT_WAVES = 0.5
 """c0 of the preconditioner 1/(K + c0) for the waves that no coarser grid carries, in units of the largest K.
 
@@ -34,20 +37,27 @@ long a step for the others, as in a contact the wall adds a stiffness of its own
 """
 
 
-def back_end(device: str) -> BackEnd:
-    """The back end of a device, ready to be used.
+SHARDED = "jax"
+"""The device whose fields may lie in slabs on several."""
+
+
+def back_end(device: str, parts: int = 1) -> BackEnd:
+    """The back end of a device, ready to be used, or of one that is several, each with a part of the points.
 
     Raises
     ------
     ValueError
-        If there is none of that name.
+        If there is none of that name, or it is not made of parts.
     InputError
         If this machine has no such device, or a library is missing.
     """
     if device not in BACK_ENDS:
         msg = f"there is no device {device!r}: there is {', '.join(BACK_ENDS)}"
         raise ValueError(msg)
-    found: BackEnd = import_module(BACK_ENDS[device]).BACK_END(device)
+    if parts > 1 and device != SHARDED:
+        msg = f'shards = {parts} needs device = "{SHARDED}", not {device!r}'
+        raise ValueError(msg)
+    found: BackEnd = import_module(BACK_ENDS[device]).BACK_END(*((device, parts) if parts > 1 else (device,)))
     found.require()
     return found
 
@@ -60,8 +70,8 @@ class BackEnd(ABC):
     LEVELS = 3
     """Grids that a step of the smooth solver uses, at most."""
 
-    def __init__(self, device: str) -> None:
-        self.device = device
+    def __init__(self, device: str, parts: int = 1) -> None:
+        self.device, self.parts = device, parts
 
     def require(self) -> None:  # noqa: B027 (by default nothing is missing)
         """Raise :class:`continuum.inputs.errors.InputError`, with what to install, where this machine cannot run it."""

@@ -30,8 +30,8 @@ class NonPeriodicSolver(Solver):
     are residuals: the root-mean-square over it of what all of the surface has.
     """
 
-    def __init__(self, boundary: OpenBoundary, threads: int = 1, device: str = "cpu") -> None:
-        super().__init__(boundary.grid, boundary.stiffness_q, threads, device, sampled=True)
+    def __init__(self, boundary: OpenBoundary, threads: int = 1, device: str = "cpu", *, shards: int = 1) -> None:
+        super().__init__(boundary.grid, boundary.stiffness_q, threads, device, shards=shards, sampled=True)
         self.boundary = boundary
 
     def minimise(

@@ -16,6 +16,8 @@ from continuum.model.laws import Law, evaluate
 
 MOST_THREADS = 1024
 """Threads that a solve may use."""
+MOST_SHARDS = 4096
+"""Devices over which a solve may divide its points."""
 LOOSEST = 0.01
 """Largest tolerance, relative to h'rms E*, that a user may ask for: measured at 3 - 45 % contact, with and without
 adhesion, areas are off by up to 3 % and loads by 4 % at 0.01, by 30 % at 0.1, and mean nothing at 0.5."""
@@ -78,6 +80,7 @@ class Settings:
         of the start: an instability that only a coarse grid has may lead out of it.
     threads : of this process that the solver may use; no bit of a result depends on it.
     device : name of the back end, see :data:`continuum.solve.backend.BACK_ENDS`.
+    shards : devices over which it divides the points.
     stability : whether the lowest eigenvalue of the Hessian is looked for: a saddle is then no solution.
     """
 
@@ -87,6 +90,7 @@ class Settings:
     warm_grids: int = 2
     threads: int = 1
     device: str = "cpu"
+    shards: int = 1
     stability: bool = False
 
     def __post_init__(self) -> None:
@@ -95,6 +99,7 @@ class Settings:
         number("shift", self.shift, above=0)
         count("warm_grids", self.warm_grids, 0)
         count("threads", self.threads, 1, MOST_THREADS)
+        count("shards", self.shards, 1, MOST_SHARDS)
 
     def coarser(self) -> Settings:
         """The same, with the same c0, on a grid of twice the spacing."""

@@ -26,19 +26,27 @@ class Solver:
         there is a bound.
     threads : of this process; no bit of a result depends on their number.
     device : name of the back end.
+    shards : devices over which it divides the points.
     sampled : whether a coarser grid takes every second point of an offset, as it must of one that jumps, instead of the
         waves that it carries.
 
     Raises
     ------
     ValueError
-        If there is no such device.
+        If there is no such device, or it is not made of parts.
     """
 
     def __init__(
-        self, grid: Grid, stiffness_q: Real, threads: int = 1, device: str = "cpu", *, sampled: bool = False
+        self,
+        grid: Grid,
+        stiffness_q: Real,
+        threads: int = 1,
+        device: str = "cpu",
+        *,
+        shards: int = 1,
+        sampled: bool = False,
     ) -> None:
-        self._back_end = back_end(device)
+        self._back_end = back_end(device, shards)
         self._surface, self._sampled = (grid, stiffness_q, threads), sampled
         self._mean_stiffness = float(stiffness_q[0, 0])
 

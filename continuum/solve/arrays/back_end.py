@@ -5,6 +5,7 @@ Less fast than compiled sweeps on processor cores, and made for devices on which
 
 from contextlib import suppress
 from functools import cache, cached_property
+from importlib import import_module
 
 from continuum.inputs.errors import InputError
 from continuum.model.fourier import Real
@@ -12,7 +13,7 @@ from continuum.model.grid import Grid
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import CUDA, LIBRARIES, Library, visible
 from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
-from continuum.solve.backend import BackEnd
+from continuum.solve.backend import SPACING, BackEnd
 
 
 class ArrayBackEnd(BackEnd):
@@ -24,7 +25,7 @@ class ArrayBackEnd(BackEnd):
     @cached_property
     def library(self) -> Library:
         """Where arrays lie."""
-        return found(self.device)
+        return found(self.device, self.parts)
 
     @cached_property
     def SMALLEST(self) -> int:  # type: ignore[override]
@@ -41,12 +42,23 @@ class ArrayBackEnd(BackEnd):
         return visible(self.library.devices())
 
     def smooth_grid(self, grid: Grid, K: Real, threads: int, coarser: int, *, sampled: bool) -> ArraySmoothGrid:
+        self._check(grid)
         self._reserve(grid, ArraySmoothGrid.FIELDS)
         return ArraySmoothGrid(self.library, grid, K, self.SMALLEST, self.PRECISION, coarser, sampled=sampled)
 
     def bound_grid(self, grid: Grid, K: Real, threads: int) -> ArrayBoundGrid:
+        self._check(grid)
+        if self.parts > 1 and grid.shape[0] % (SPACING * self.parts):
+            msg = f"{SPACING} shards, {SPACING * self.parts}, have to divide the {grid.shape[0]} points along x"
+            raise InputError(f"under a hard wall {msg}")
         self._reserve(grid, ArrayBoundGrid.FIELDS)
         return ArrayBoundGrid(self.library, grid, K, self.SMALLEST)
+
+    def _check(self, grid: Grid) -> None:
+        """Raise InputError where the rows of a grid make no equal slabs."""
+        if grid.shape[0] % self.parts:
+            msg = f"{grid.shape[0]} rows make no {self.parts} equal slabs: shards has to divide the points along x"
+            raise InputError(msg)
 
     def _reserve(self, grid: Grid, fields: float) -> None:
         """Raise MemoryError if so many fields do not fit on the device."""
@@ -56,8 +68,11 @@ class ArrayBackEnd(BackEnd):
             raise MemoryError(msg)
 
 
-def found(device: str) -> Library:
-    """The library of a device, or for "cuda" the first that sees a GPU; raises InputError that says what is missing."""
+def found(device: str, parts: int = 1) -> Library:
+    """The library of a device, or for "cuda" the first that sees a GPU; raises InputError that says what is missing.
+
+    Of several parts it is that of JAX, on as many devices.
+    """
     if device == "cuda":
         for make in CUDA:
             with suppress(Exception):
@@ -68,7 +83,9 @@ def found(device: str) -> Library:
         )
     make, extra = LIBRARIES[device]
     try:
-        return make()
+        return make() if parts == 1 else import_module("continuum.solve.arrays.slabs").Slabs(parts)
+    except InputError:
+        raise
     except ImportError as missing:
         msg = f"device = \"{device}\" needs {missing.name}, which is not installed: pip install 'stickiness[{extra}]'"
         raise InputError(msg) from missing

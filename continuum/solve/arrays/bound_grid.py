@@ -12,6 +12,7 @@ from continuum.solve.arrays.library import Array, Library, fused
 from continuum.solve.arrays.modes import Modes, mean, square, sum_of, without_mean
 from continuum.solve.backend import (
     BESIDE,
+    BOUND_FIELDS,
     SMALLEST_GAP,
     SPREAD,
     factor_of,
@@ -36,8 +37,7 @@ class ArrayBoundGrid(Modes):
     smallest : grids of no more points along a side have no coarser one.
     """
 
-    FIELDS = 16.0
-    """Memory that a solve needs, in fields."""
+    FIELDS = BOUND_FIELDS
     p: Array
     z: Array
     t: Array
@@ -51,8 +51,9 @@ class ArrayBoundGrid(Modes):
         self._stiffness_q = np.where(np.isfinite(stiffness_q), stiffness_q, 0.0)
         super().__init__(library, grid, self._stiffness_q)
         self._smallest = smallest
-        self._hats = [library.put(hats(*each)) for each in zip(grid.shape, nodes(grid), strict=True)]
-        self._kernel = library.put(near_kernel(grid, self._stiffness_q))
+        along_x, along_y = (hats(*each) for each in zip(grid.shape, nodes(grid), strict=True))
+        self._hats = library.hats(along_x, along_y)
+        self._kernel = library.number(near_kernel(grid, self._stiffness_q))
         node_grid, stiffness = node_stiffness(grid, self._stiffness_q)
         self._nodes = Modes(library, node_grid, stiffness)
         waves = self._stiffness_q.ravel()[1:]
@@ -87,6 +88,8 @@ class ArrayBoundGrid(Modes):
         grid, xp = self.grid.coarser, self.xp
         if grid is None or self.grid.narrowest <= self._smallest:
             return None
+        if nodes(grid)[0] % self.library.parts or not self.library.fits(self.grid, grid):
+            return None
         self.below_grid = ArrayBoundGrid(self.library, grid, cut(self._stiffness_q, grid.shape_q), self._smallest)
         every = self.sampled(self.offset, grid)
         self.below_grid._pose(every + (mean(xp, self.offset) - mean(xp, every)), self.mean_stiffness, self.most)
@@ -119,6 +122,9 @@ class ArrayBoundGrid(Modes):
     def spread(self) -> float:
         xp, p = self.xp, self.below_grid.p
         for axis, (n, points) in enumerate(zip(self.grid.shape, p.shape, strict=True)):
+            if n == 2 * points:  # without a gather, for which rows on several devices would be brought together
+                p = xp.reshape(xp.stack([p, (p + xp.roll(p, -1, axis=axis)) / 2], axis=axis + 1), _twice(p.shape, axis))
+                continue
             at = np.arange(n) * points
             before, after = (self.library.put((at // n + k) % points, xp.int64) for k in (0, 1))
             x = self.library.put((at / n - at // n)[:, None] if axis == 0 else (at / n - at // n)[None, :])
@@ -181,13 +187,11 @@ class ArrayBoundGrid(Modes):
 
     def _onto_nodes(self, field: Array) -> Array:
         """A field, summed onto the nodes."""
-        P, Q = self._hats
-        return P.T @ field @ Q * (P.shape[1] * Q.shape[1] / self.size)
+        return self.library.onto_nodes(field, self._hats) * (self._nodes.size / self.size)
 
     def _from_nodes(self, values: Array) -> Array:
         """What the nodes spread over the contact."""
-        P, Q = self._hats
-        return P @ values @ Q.T * self.xp.astype(self.mask, self.xp.float64)
+        return self.library.from_nodes(values, self._hats) * self.xp.astype(self.mask, self.xp.float64)
 
     def _stiffened(self, values: Array) -> Array:
         """M of values on the contact: :mod:`continuum.solve.compiled.two_levels`."""
@@ -296,6 +300,11 @@ def _neighbours(xp: Any, values: Array, mask: Array, kernel: Array) -> Array:
     for i, j in NEIGHBOURS:
         total = total + kernel[BESIDE + i, BESIDE + j] * xp.roll(values, (-i, -j), axis=(0, 1))
     return xp.where(mask, total, 0.0)
+
+
+def _twice(shape: tuple[int, ...], axis: int) -> tuple[int, ...]:
+    """A shape with twice the points along one direction."""
+    return tuple(2 * n if i == axis else n for i, n in enumerate(shape))
 
 
 def hats(points: int, count: int) -> Real:

@@ -76,9 +76,17 @@ class ArrayContact:
         return math.sqrt(square(self.library, grid.g, grid.marks.weights))
 
     def pose(self) -> None:
-        grid, xp = self.grid, self.xp
+        grid = self.grid
         least, stiffness = self._found
         self._kernel = self._kernel_of(stiffness)
+        self._mark(least)
+        self.a = grid.inverse(self._comply(grid.g))
+        self.r = self._on(self.a)
+        self.p = self.library.zeros(self.compliance.shape)
+
+    def _mark(self, least: Array) -> None:
+        """Set which points belong to the contact, and the compliance of the wall there."""
+        grid, xp = self.grid, self.xp
         stiff = xp.reshape(grid.stiffness, (-1,))
         inside = stiff > least
         (at,) = xp.nonzero(inside)
@@ -90,19 +98,20 @@ class ArrayContact:
         valid = xp.arange(room, device=self.library.device) < points
         self.compliance = xp.where(valid, 1 / xp.where(valid, xp.astype(xp.take(stiff, self.at), xp.float64), 1.0), 0.0)
         self._valid = xp.astype(valid, xp.float64)
-        self.a = grid.inverse(self._comply(grid.g))
-        self.r = self._on(self.a)
-        self.p = self.library.zeros((room,))
 
     def precondition(self) -> float:
+        self.t = self._smoothed()
+        return float(self.xp.sum(self.r * self.t))
+
+    def _smoothed(self) -> Array:
+        """M r."""
         rows, columns = self.at // self.grid.grid.shape[1], self.at % self.grid.grid.shape[1]
         field = _flat(self.xp, self._spread(self.r))
         total: Any = 0.0
         for (i, j), weight in zip(self._near, self._kernel, strict=True):
             nx, ny = self.grid.grid.shape
             total = total + weight * self.xp.take(field, (rows + i) % nx * ny + (columns + j) % ny)
-        self.t = total * self._valid
-        return float(self.xp.sum(self.r * self.t))
+        return total * self._valid
 
     def curvature(self, beta: float) -> float:
         grid = self.grid
@@ -152,9 +161,39 @@ class ArrayContact:
         if k not in self._kernels:
             grid = self.grid
             M = grid.K / (1 + grid.K / k) * self.library.put([1.0, 0.0])
-            field = self.library.get(grid.inverse(M)) / grid.size
-            self._kernels[k] = [float(field[i % field.shape[0], j % field.shape[1]]) for i, j in self._near]
+            field = grid.inverse(M) / grid.size
+            self._kernels[k] = self.library.numbers(*(field[i, j] for i, j in self._near))
         return self._kernels[k]
+
+
+class SlabContact(ArrayContact):
+    """The same where fields lie in slabs on several devices: vectors are fields, zero off the contact."""
+
+    def _mark(self, least: Array) -> None:
+        self.compliance, self._valid = _inside(self.library, self.grid.stiffness, least)
+
+    def _smoothed(self) -> Array:
+        return _around(self.library, self.r, self._valid, self.library.number(self._kernel), near=tuple(self._near))
+
+    def _on(self, field: Array) -> Array:
+        return field * self._valid
+
+    def _spread(self, vector: Array) -> Array:
+        return vector
+
+
+@fused
+def _inside(xp: Any, stiffness: Array, least: Array) -> tuple[Array, Array]:
+    """The compliance where the wall is stiffer, zero elsewhere; and one there."""
+    inside = stiffness > least
+    compliance = xp.where(inside, 1 / xp.where(inside, xp.astype(stiffness, xp.float64), 1.0), 0.0)
+    return compliance, xp.astype(inside, xp.float64)
+
+
+@fused
+def _around(xp: Any, r: Array, valid: Array, kernel: Array, *, near: tuple[tuple[int, int], ...]) -> Array:
+    """A kernel of points near by on a field, where that is valid."""
+    return valid * sum(kernel[k] * xp.roll(r, (-i, -j), axis=(0, 1)) for k, (i, j) in enumerate(near))
 
 
 def _flat(xp: Any, field: Array) -> Array:

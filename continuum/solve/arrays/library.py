@@ -13,11 +13,12 @@ from dataclasses import dataclass, field
 from functools import partial, wraps
 from importlib import import_module
 from inspect import signature
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, ClassVar, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 
 from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 
 Array = Any
 """An array of a library: their types have nothing in common."""
@@ -47,6 +48,8 @@ class Library:
     """Its namespace."""
     device: Any = None
     """As its functions take it; None for the default."""
+    parts: ClassVar[int] = 1
+    """Number of slabs of rows in which fields lie on as many devices."""
     _compiled: dict[Any, Callable[..., Any]] = field(default_factory=dict)
 
     def compiled(self, function: Callable[..., Result]) -> Callable[..., Result]:
@@ -76,6 +79,47 @@ class Library:
 
     def zeros(self, shape: tuple[int, ...], kind: Any = None) -> Array:
         return self.xp.zeros(shape, dtype=kind or self.xp.float64, device=self.device)
+
+    def put_q(self, values: Any, kind: Any = None, *, beyond: float = 0.0) -> Array:
+        """Values over modes, shape ``grid.shape_q`` or one that goes with it, on the device, as a spectrum has them.
+
+        Where a spectrum has more columns than modes the last ones are ``beyond``.
+        """
+        return self.put(values[..., None], kind)
+
+    def zeros_q(self, shape_q: tuple[int, int], kind: Any) -> Array:
+        """A spectrum."""
+        return self.zeros((*shape_q, 2), kind)
+
+    def fits(self, fine: Grid, coarse: Grid) -> bool:
+        """Whether the next coarser grid of one lies on the device as that does."""
+        return True
+
+    def forward(self, values: Array) -> Array:
+        """Spectrum of a field, as pairs."""
+        return self.pairs(self.xp.fft.rfftn(values, axes=(0, 1), norm="forward"))
+
+    def inverse(self, spectrum: Array, shape: tuple[int, int]) -> Array:
+        """Field of a spectrum."""
+        return self.xp.fft.irfftn(self.complex(spectrum), s=shape, axes=(0, 1), norm="forward")
+
+    def every_second(self, values: Array) -> Array:
+        """Every second row and column of a field."""
+        return values[::2, ::2]
+
+    def hats(self, along_x: Real, along_y: Real) -> tuple[Array, Array]:
+        """Functions around nodes along x and y, one in a column, on the device."""
+        return self.put(along_x), self.put(along_y)
+
+    def onto_nodes(self, values: Array, hats: tuple[Array, Array]) -> Array:
+        """A field, summed onto the nodes by these functions."""
+        along_x, along_y = hats
+        return along_x.T @ values @ along_y
+
+    def from_nodes(self, values: Array, hats: tuple[Array, Array]) -> Array:
+        """The field that these functions make of values at the nodes."""
+        along_x, along_y = hats
+        return along_x @ values @ along_y.T
 
     def get(self, values: Array) -> Real:
         """An array of the device on the host: the only place that waits for the device."""

@@ -38,21 +38,21 @@ class Modes:
     def __init__(self, library: Library, grid: Grid, stiffness_q: Real, kind: Any = None) -> None:
         self.library, self.xp, self.grid, self.size = library, library.xp, grid, grid.size
         self.kind = kind or library.xp.float64
-        self.K = library.put(stiffness_q[..., None], self.kind)
+        self.K = library.put_q(stiffness_q, self.kind, beyond=1.0)
         coarse, (m, n) = grid.coarser, grid.mode_numbers
         (nx, ny) = coarse.shape if coarse is not None else (0, 0)
-        rows, columns = np.abs(m)[..., None], n[..., None]
+        rows, flag = np.abs(m), self.xp.bool
         self.marks = ModeMarks(
-            library.put(grid.mode_weights[..., None], self.kind),
-            (library.put(rows == 0, self.xp.bool), library.put(columns == 0, self.xp.bool)),
-            (library.put(rows < nx / 2, self.xp.bool), library.put(columns < ny / 2, self.xp.bool)),
+            library.put_q(grid.mode_weights, self.kind),
+            (library.put_q(rows == 0, flag), library.put_q(n == 0, flag)),
+            (library.put_q(rows < nx / 2, flag), library.put_q(n < ny / 2, flag)),
         )
         self.transforms, self.trials = 0.0, 0
         self._mean_stiffness = np.nan
         if coarse is not None:
             m, n = coarse.mode_numbers
             low = (np.abs(m) < max(m.size / 2, 1)) & (n < n.size - 1)
-            self._low = library.put(low[..., None], self.xp.bool)
+            self._low = library.put_q(low, flag)
 
     def set_mean_stiffness(self, stiffness: float) -> bool:
         """Set K at q = 0; returns whether it was another."""
@@ -65,12 +65,12 @@ class Modes:
     def forward(self, values: Array) -> Array:
         """Spectrum of a field."""
         self.transforms += 1
-        return self.library.pairs(self.xp.fft.rfftn(values, axes=(0, 1), norm="forward"))
+        return self.library.forward(values)
 
     def inverse(self, spectrum: Array) -> Array:
         """Field of a spectrum."""
         self.transforms += 1
-        return self.xp.fft.irfftn(self.library.complex(spectrum), s=self.grid.shape, axes=(0, 1), norm="forward")
+        return self.library.inverse(spectrum, self.grid.shape)
 
     def zeros(self) -> Array:
         """A field."""
@@ -78,27 +78,20 @@ class Modes:
 
     def zeros_q(self) -> Array:
         """A spectrum."""
-        return self.library.zeros((*self.grid.shape_q, 2), self.kind)
+        return self.library.zeros_q(self.grid.shape_q, self.kind)
 
     def below(self, spectrum: Array, size: Array | float = 1.0, kind: Any = None) -> Array:
         """A spectrum over a size on the coarser grid, without its Nyquist modes."""
-        given = self.low_part(spectrum), self._low, self.library.number(size)
-        return _below(self.library, *given, kind=kind or self.kind)
-
-    def low_part(self, spectrum: Array) -> tuple[Array, Array]:
-        """The first and the last rows that hold the modes of the coarser grid, beside its Nyquist modes."""
-        rows, columns = self._low.shape[:2]
-        part, n = spectrum[:, :columns, :], self.grid.shape[0]
-        return part[: low_rows(rows), ...], part[n - rows // 2 :, ...]
+        return _below(self.library, spectrum, self._low, self.library.number(size), kind=kind or self.kind)
 
     def above(self, spectrum: Array) -> Array:
         """A spectrum of the coarser grid on this one, zero beyond its modes and on its Nyquist modes."""
-        return _above(self.library, spectrum, self._low, shape=self.grid.shape_q)
+        return _above(self.library, spectrum, self._low, shape=(self.K.shape[0], self.K.shape[-2]))
 
     def sampled(self, values: Array, coarse: Grid) -> Array:
         """Values of a field at the points at or just before those of a coarser grid: every second in a view."""
         if all(n in (1, 2 * c) for n, c in zip(self.grid.shape, coarse.shape, strict=True)):
-            return values[::2, ::2]
+            return self.library.every_second(values)
         rows, columns = (self.library.put(each, self.xp.int64) for each in self.grid.sampled(coarse))
         return self.xp.take(self.xp.take(values, rows, axis=0), columns, axis=1)
 
@@ -108,19 +101,26 @@ class Modes:
         return 0.5 * float(square(self.library, u_q, self.K * self.marks.weights))
 
 
+def low_part(xp: Any, spectrum: Array, low: Array) -> Array:
+    """The first and the last rows, which hold the modes of the coarser grid and its Nyquist modes."""
+    rows, columns = low.shape[0], low.shape[-2]
+    part = spectrum[..., :columns, :]
+    return xp.concat([part[: low_rows(rows), ...], part[part.shape[0] - rows // 2 :, ...]])
+
+
 @fused
-def _below(xp: Any, part: tuple[Array, Array], low: Array, size: Array, *, kind: Any) -> Array:
-    """The low modes of these rows, over a size."""
-    return xp.astype(xp.where(low, xp.concat(part), 0.0) / xp.astype(size, part[0].dtype), kind)
+def _below(xp: Any, spectrum: Array, low: Array, size: Array, *, kind: Any) -> Array:
+    """The low modes of a spectrum, over a size."""
+    return xp.astype(xp.where(low, low_part(xp, spectrum, low), 0.0) / xp.astype(size, spectrum.dtype), kind)
 
 
 def widened(xp: Any, spectrum: Array, low: Array, shape: tuple[int, ...]) -> Array:
     """The low modes in a spectrum of a shape, zero beyond."""
-    (rows, columns), half = spectrum.shape[:2], low_rows(spectrum.shape[0])
+    (rows, *parts, columns, _), half = spectrum.shape, low_rows(spectrum.shape[0])
     kept = xp.where(low, spectrum, 0.0)
-    beside = xp.broadcast_to(xp.zeros_like(kept[:, :1, :]), (rows, shape[1] - columns, 2))
-    wide = xp.concat([kept, beside], axis=1)
-    between = xp.broadcast_to(xp.zeros_like(wide[:1, ...]), (shape[0] - rows, shape[1], 2))
+    beside = xp.broadcast_to(xp.zeros_like(kept[..., :1, :]), (rows, *parts, shape[1] - columns, 2))
+    wide = xp.concat([kept, beside], axis=-2)
+    between = xp.broadcast_to(xp.zeros_like(wide[:1, ...]), (shape[0] - rows, *parts, shape[1], 2))
     return xp.concat([wide[:half, ...], between, wide[half:, ...]])
 
 
@@ -130,8 +130,10 @@ def _above(xp: Any, spectrum: Array, low: Array, *, shape: tuple[int, int]) -> A
 
 
 def sum_of(xp: Any, values: Array) -> Array:
-    """Sum in double precision, over rows first."""
-    return xp.sum(xp.sum(values, axis=tuple(range(1, values.ndim)), dtype=xp.float64))
+    """Sum in double precision, over rows first; of a spectrum in slabs, over each slab first."""
+    slabs = 1 if values.ndim == 4 else 0
+    within = tuple(axis for axis in range(values.ndim) if axis != slabs)
+    return xp.sum(xp.sum(values, axis=within, dtype=xp.float64))
 
 
 def mean(xp: Any, values: Array) -> Array:

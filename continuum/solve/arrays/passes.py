@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Self
 from continuum.model import laws
 from continuum.model.laws import OnArrays
 from continuum.solve.arrays.library import Array, Library, fused
-from continuum.solve.arrays.modes import ModeMarks, mean, sum_of, widened, without_mean
+from continuum.solve.arrays.modes import ModeMarks, low_part, mean, sum_of, widened, without_mean
 
 # --- passes over spectra ---------------------------------------------------------------------------------------
 
@@ -59,14 +59,14 @@ def finish_step(
 
 @fused
 def low_sums(
-    xp: Any, parts: Sequence[tuple[Array, Array]], weights: Array, c0: Array, found: Array, low: Array, size: Array
+    xp: Any, spectra: Sequence[Array], weights: Array, c0: Array, found: Array, low: Array, size: Array
 ) -> Array:
     """Sums over the modes of the coarser grid, with its step for s, and with s = M g; the first of them is zero.
 
-    ``parts`` are those rows of g, y, d and K that hold these modes.
+    ``spectra`` are g, y, d and K.
     """
-    g, y, d, K = (xp.concat(part) for part in parts)
-    low, M, sums = xp.where(low, weights, 0.0), 1 / (K + c0[0]), []
+    g, y, d, K = (low_part(xp, each, low) for each in spectra)
+    low, M, sums = xp.where(low, weights[..., : low.shape[-2], :], 0.0), 1 / (K + c0[0]), []
     for s in (xp.astype(found, K.dtype) * xp.astype(-size, K.dtype), M * g):
         pairs = (g * s, y * s, y * M * y, s * K * s, s * K * d)
         sums += [0.0 * size, *(sum_of(xp, low * each) for each in pairs)]
@@ -97,7 +97,7 @@ def direction(
     """Direction d <- beta d - s; s is M g but for the modes of a coarser grid that has found a step of a size."""
     K, (row, column), (_, s) = waves.K, waves.marks.low, _step_of(xp, g, waves, coarse)
     if coarse:
-        there = widened(xp, xp.astype(found, K.dtype), low, (g.shape[0], g.shape[1]))
+        there = widened(xp, xp.astype(found, K.dtype), low, (g.shape[0], g.shape[-2]))
         s = xp.where(row & column & (size > 0), there * xp.astype(-size, K.dtype), s)
     return xp.astype(beta, K.dtype) * d - s
 

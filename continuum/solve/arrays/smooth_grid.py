@@ -17,10 +17,10 @@ from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.arrays import passes
-from continuum.solve.arrays.contact import ArrayContact, PressedModes
+from continuum.solve.arrays.contact import ArrayContact, PressedModes, SlabContact
 from continuum.solve.arrays.library import Array, Library
 from continuum.solve.arrays.modes import Modes, mean, square, without_mean
-from continuum.solve.backend import SHORT_WAVES
+from continuum.solve.backend import SHORT_WAVES, SMOOTH_FIELDS
 from continuum.solve.solution import Goal, Iteration, Work
 
 
@@ -62,9 +62,8 @@ class _Descending(Modes):
     def _low_modes(self, size: Array) -> Array:
         """Sums over the modes of the coarser grid, of its step and of the gradient's own."""
         assert self.linear is not None
-        parts = tuple(self.low_part(each) for each in (self.g, self.y, self.d_q, self.K))
-        weights = self.marks.weights[:, : self._low.shape[1], :]
-        return passes.low_sums(self.library, parts, weights, self._c0, self.linear.x, self._low, size)
+        spectra = self.g, self.y, self.d_q, self.K
+        return passes.low_sums(self.library, spectra, self.marks.weights, self._c0, self.linear.x, self._low, size)
 
     def _new_direction(self, beta: Array, size: Array, *, coarse: bool) -> Array:
         """The new direction, as a field."""
@@ -151,8 +150,7 @@ class ArraySmoothGrid(_Descending, PressedModes):
     sampled : whether coarser grids take every second point of the offset, which may jump, instead of its waves.
     """
 
-    FIELDS = 22.0
-    """Memory that a solve needs, in fields of the finest grid, where a pass has no intermediate ones."""
+    FIELDS = SMOOTH_FIELDS
     boxes, corrected = None, False
     contact: ArrayContact | None = None
     law: Law
@@ -183,11 +181,12 @@ class ArraySmoothGrid(_Descending, PressedModes):
         super().__init__(library, grid, stiffness_q)
         self._sampled, below = sampled, grid.coarser
         self.coarser: ArraySmoothGrid | None = None
-        if coarser > 0 and below is not None and grid.narrowest > smallest:
+        if coarser > 0 and below is not None and grid.narrowest > smallest and library.fits(grid, below):
             K = cut(stiffness_q, below.shape_q)
             self.coarser = ArraySmoothGrid(library, below, K, smallest, precision, coarser - 1, sampled=sampled)
             self.linear = ArrayLinearGrid(library, below, K, precision, self.coarser.linear)
-            self.contact = ArrayContact(self, float(stiffness_q[:, 1:].max()))
+            contact = SlabContact if library.parts > 1 else ArrayContact
+            self.contact = contact(self, float(stiffness_q[:, 1:].max()))
 
     @property
     def chain(self) -> list[ArraySmoothGrid]:

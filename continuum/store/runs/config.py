@@ -21,8 +21,8 @@ from continuum.model.substrates.non_periodic import NO_LINE
 from continuum.model.surface import Surface
 from continuum.model.walls import Wall
 from continuum.path.state import YIELDS, Control, Search
-from continuum.solve.backend import BACK_ENDS
-from continuum.solve.solution import LOOSEST, MOST_THREADS, Settings
+from continuum.solve.backend import BACK_ENDS, SHARDED
+from continuum.solve.solution import LOOSEST, MOST_SHARDS, MOST_THREADS, Settings
 from continuum.store import kinds as kinds
 
 
@@ -48,7 +48,7 @@ class ToleranceTable(Description):
 class SolverTable(ToleranceTable):
     """[solver]: tolerance, iterations, threads and device."""
 
-    not_identity: ClassVar[frozenset[str]] = frozenset({"threads"})
+    not_identity: ClassVar[frozenset[str]] = frozenset({"threads", "shards"})
 
     max_iterations: Annotated[int, Field(ge=1, le=10**9)] = 5000
     """number of iterations after which a point counts as not converged"""
@@ -64,6 +64,14 @@ class SolverTable(ToleranceTable):
     """what the solver runs on: "cpu", compiled sweeps on processor cores; a library of arrays, "numpy", "torch",
     "torch:cuda", "cupy", "jax"; or "cuda", the first of PyTorch, CuPy and JAX that sees a GPU. Results of two devices
     agree but for rounding and, where a contact has several equilibria, may be different ones; they are kept apart"""
+    shards: Annotated[int, Field(ge=1, le=MOST_SHARDS)] = 1
+    """devices over which "jax" divides the points: GPUs, or parts of a processor. It has to divide the points along x.
+    Results agree but for rounding"""
+
+    @constraint
+    def _device_of_shards(self) -> Iterator[Fault]:
+        if self.shards > 1 and self.device != SHARDED:
+            yield Fault(("device",), f'"{SHARDED}" where shards is above 1', "only JAX divides the points")
 
 
 MOST = 1_000_000
@@ -288,6 +296,12 @@ class RunConfig(Document):
         """The same run on another device; raises ArgumentError if there is none of that name."""
         solver = self.solver.model_copy(update={"device": choice("device", device, BACK_ENDS)})
         return self.model_copy(update={"solver": solver})
+
+    @constraint
+    def _equal_slabs(self) -> Iterator[Fault]:
+        points, shards = self.grid.n[0], self.solver.shards
+        if points % shards:
+            yield Fault(("solver", "shards"), f"a divisor of the {points} points along x", "slabs of rows are equal")
 
     @constraint
     def _shows_the_surface(self) -> Iterator[Fault]:

@@ -4,7 +4,9 @@ How long it takes depends on the contact; that is measured (:mod:`continuum.stor
 """
 
 from dataclasses import dataclass
+from typing import Self
 
+from continuum.solve.backend import BOUND_FIELDS, SMOOTH_FIELDS
 from continuum.store.runs.config import RunConfig
 
 # Upper bounds of one solve in a fresh process, in bytes; the largest resident size was measured.
@@ -31,6 +33,40 @@ class Cost:
     def work(self) -> float:
         """States times points of the grid: the unit in which systems of one sweep are compared."""
         return float(self.states) * self.size
+
+
+@dataclass(frozen=True)
+class Share:
+    """What each of the devices has of a contact that is divided over several."""
+
+    shards: int
+    size: int
+    """Number of points of the grid."""
+    modes: int
+    """Numbers of a half spectrum, with the columns that make the parts equal."""
+    fields: float
+    """Fields of the whole grid that a solve needs."""
+
+    @classmethod
+    def of(cls, config: RunConfig) -> Self:
+        (nx, ny), shards = config.grid.n, config.solver.shards
+        repeats = 1 if config.substrate.repeats else 2
+        columns = shards * -(-(repeats * ny // 2 + 1) // shards)
+        fields = SMOOTH_FIELDS if config.wall.has_law else BOUND_FIELDS
+        return cls(shards, repeats**2 * nx * ny, columns * repeats * nx, fields)
+
+    @property
+    def memory(self) -> float:
+        """Memory of the solver on a device, in bytes."""
+        return 8 * self.fields * self.size / self.shards
+
+    @property
+    def sent(self) -> float:
+        """Bytes that a device sends to all others in a pair of transforms: of its part of a spectrum all but its own.
+
+        Beside it are sums, and rows at the edges of slabs.
+        """
+        return 2 * 16 * self.modes * (self.shards - 1) / self.shards**2
 
 
 def cost_of(config: RunConfig) -> Cost:

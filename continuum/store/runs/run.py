@@ -7,6 +7,7 @@ interrupted run continues to a bitwise identical result.
 import itertools
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from continuum.inputs.errors import OutputError
+from continuum.inputs.errors import InputError, OutputError
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
@@ -22,6 +23,7 @@ from continuum.path.loading import follow
 from continuum.path.state import Branch, Outcome, PathState, gone
 from continuum.path.threshold_search import afresh, bracket_threshold
 from continuum.solve.backend import back_end
+from continuum.solve.processes import in_company, sharing
 from continuum.solve.solver import Solver
 from continuum.store import datasets as store
 from continuum.store.datasets import Attribute, Dataset
@@ -97,7 +99,10 @@ def follow_run(
         warn(said)
     if finished:
         return replace(Result.read(path), resumed=len(record.points), seconds=time.perf_counter() - start)
-    with reserved(path):
+    world = sharing(config.solver.shards)
+    if world.size > 1 and config.loading.threshold is not None:
+        raise InputError("a search for thresholds divides its points over the devices of one process only")
+    with reserved(path) if world.first else nullcontext():
         # Read again, now that no other process writes it.
         record, _ = _stored(system, path, key, growth, added, force=force)
         resumed = len(record.points)
@@ -105,8 +110,10 @@ def follow_run(
         if force:
             trials.drop()
         try:
-            write = partial(_write, system, path, key, _Begun(resumed, start, next(_RUNS) == 0), added)
-            said_of_it = _follow(system, record, growth, write, every, progress, trials)
+            begun = _Begun(resumed, start, next(_RUNS) == 0)
+            write = partial(_write, system, path, key, begun, added, world.first)
+            with in_company(world):
+                said_of_it = _follow(system, record, growth, write, every, progress, trials)
         except BaseException:
             trials.save()
             raise
@@ -187,8 +194,9 @@ def states_of(
 
 
 def _write(
-    system: RunSetup, path: Path, key: str, begun: _Begun, added: Mapping[str, Made], record: Record
+    system: RunSetup, path: Path, key: str, begun: _Begun, added: Mapping[str, Made], writes: bool, record: Record
 ) -> dict[str, Attribute]:
+    """Write what there is, unless another process ``writes`` it; returns the attributes of the file."""
     config, grid = system.config, system.problem.grid
     finished = len(record.points) == config.loading.points
     kept = config.output.last_state
@@ -223,9 +231,11 @@ def _write(
         **({"journal/grown_from": record.grown_from} if record.grown_from else {}),
     }
     if (device := system.settings.device) != "cpu":  # whose kinds all find the same
-        said |= {"device": device, "journal/machine": back_end(device).machine()}
+        shards = system.settings.shards
+        said |= {"device": device, "journal/machine": back_end(device, shards).machine(), "journal/shards": shards}
     said |= {**attributes_of(system, key), **record.attributes(), **journalled}
-    store.write(path, datasets, said)
+    if writes:
+        store.write(path, datasets, said)
     return said
 
 

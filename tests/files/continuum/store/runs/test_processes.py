@@ -1,0 +1,99 @@
+"""One contact shared by several processes: the file that one process writes, and what is said where one is lost."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from continuum.inputs.errors import InputError, StickinessError
+from continuum.solve import processes
+from continuum.solve.processes import World, launched
+
+needs_jax = pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="JAX is not installed")
+ROOT = Path(__file__).parents[5]
+INPUT = """
+[grid]
+n = 64
+[surface]
+kind = "self-affine"
+hurst = 0.8
+rms_slope = 0.1
+lambda_s = 8
+lambda_L = 32
+seed = 1
+[wall]
+law = "hard"
+[substrate]
+response = "half-space"
+mean = "clamped"
+[loading]
+control = "mean-pressure"
+targets = [0.005, 0.01]
+[output]
+fields = true
+[solver]
+device = "jax"
+shards = 2
+"""
+
+
+def begun(folder: Path, rank: int, size: int) -> subprocess.Popen[str]:
+    """A process of so many that run the same input, as an MPI's mpiexec starts it."""
+    own = {"PMI_RANK": str(rank), "PMI_SIZE": str(size), "MPI_LOCALNRANKS": str(size), "JAX_PLATFORMS": "cpu"}
+    command = [sys.executable, "-m", "continuum", "run", str(folder / "shared.toml"), "--output", str(folder)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    return subprocess.Popen(command, cwd=ROOT, env=os.environ | own, **pipes)  # type: ignore[call-overload,no-any-return]
+
+
+@needs_jax
+def test_two_processes_write_the_file_of_one_bit_for_bit(tmp_path: Path) -> None:
+    files = []
+    for size in (1, 2):
+        folder = tmp_path / str(size)
+        folder.mkdir()
+        (folder / "shared.toml").write_text(INPUT)
+        running = [begun(folder, rank, size) for rank in range(size)]
+        said = [each.communicate(timeout=300)[0] for each in running]
+        assert [each.returncode for each in running] == [0] * size, said
+        assert ["result" in each for each in said] == [True, False][:size]
+        files.append(folder / "shared.h5")
+    with h5py.File(files[0]) as one, h5py.File(files[1]) as two:
+        names = [name for name in one if isinstance(one[name], h5py.Dataset)]
+        assert {"gap", "repulsive", "load"} < set(names) == {n for n in two if isinstance(two[n], h5py.Dataset)}
+        for name in names:
+            np.testing.assert_array_equal(one[name][()], two[name][()], name)
+        assert one.attrs["finished"]
+        assert one.attrs["identity"] == two.attrs["identity"]
+
+
+def test_processes_that_were_started_together_are_known_by_their_launcher() -> None:
+    assert launched({}) == launched({"SLURM_PROCID": "0", "SLURM_NTASKS": "4"}) == World()
+    assert launched({"SLURM_PROCID": "1", "SLURM_STEP_NUM_TASKS": "4"}) == World(1, 4, 0)
+    assert launched({"PMI_RANK": "1", "PMI_SIZE": "2", "MPI_LOCALNRANKS": "2"}) == World(1, 2, 2)
+    many = launched({"OMPI_COMM_WORLD_RANK": "3", "OMPI_COMM_WORLD_SIZE": "8", "OMPI_COMM_WORLD_LOCAL_SIZE": "4"})
+    assert many == World(3, 8, 4)
+    assert many.address({processes.ADDRESS: "node1:4711"}) == "node1:4711"
+    with pytest.raises(InputError, match=f"set {processes.ADDRESS} to HOST:PORT"):
+        many.address({})
+    assert World(1, 2, 2).address({}).startswith("127.0.0.1:")
+
+
+def test_a_process_that_loses_the_others_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    codes = list[int]()
+    monkeypatch.setattr(processes.atexit, "register", lambda function, code: codes.append(code))
+    with pytest.raises(RuntimeError), processes.in_company(World()):
+        raise RuntimeError("reset by peer")
+    assert not codes
+    lost = "process 0 of 2 has lost the others: reset by peer"
+    with pytest.raises(StickinessError, match=lost), processes.in_company(World(0, 2, 2)):
+        raise RuntimeError("reset by peer\nand more")
+    with pytest.raises(KeyboardInterrupt), processes.in_company(World(0, 2, 2)):
+        raise KeyboardInterrupt
+    assert codes == [1, 130]
