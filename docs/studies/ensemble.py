@@ -17,7 +17,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import atomistic as a
 from atomistic.inputs.validate import ValidateConfig
@@ -91,17 +91,13 @@ def states(crystal: str, family: Family) -> list[Row]:
         path = Path(folder, "ensemble.toml")
         path.write_text(text(crystal, family), encoding="utf-8")
         columns = a.validate(load(path, ValidateConfig), folder, workers=1, force=True).stored.columns
-    found = [
-        Row(
-            crystal,
-            family.depth,
-            *(columns[name][i].item() for name in ("adhesion_length", "seed", "rms_slope", "area")),
-            str(columns["branch"][i]),
-            *(abs(columns[f"nonlinearity_{name}"][i].item()) for name in ("load", "gross_load", "displacement")),
-            *(abs(columns[f"{step}_gross_load"][i].item()) for step in STEPS if step != "nonlinearity"),
-        )
-        for i in range(len(columns["case"]))
-    ]
+    found = list[Row]()
+    for i, branch in enumerate(columns["branch"]):
+        place = (columns[name][i].item() for name in ("adhesion_length", "seed", "rms_slope", "area"))
+        last = (abs(columns[f"nonlinearity_{name}"][i].item()) for name in ("load", "gross_load", "displacement"))
+        linear = (abs(columns[f"{step}_gross_load"][i].item()) for step in STEPS if step != "nonlinearity")
+        values: list[Any] = [crystal, family.depth, *place, str(branch), *last, *linear]
+        found.append(Row(*values))
     sys.stdout.write(f"{crystal}: {len(found)} states, {time.perf_counter() - began:.0f} s here\n")
     sys.stdout.flush()
     return found

@@ -1,8 +1,8 @@
 """The wall acts on every atom that moves: none comes up, lies lower or stands higher without it.
 
 Stated on 28 November 2026, before any of these ran with the wall on all atoms: no atom comes nearer than 0.8 a0.  The
-slabs of these tests, three layers on a rigid base below a sharp tip, missed that by 0.015 and 0.055 a0.  What holds is
-that no atom is in the core, below 0.7 a0, where they came before.
+slabs of these tests, three layers on a rigid base below a sharp tip, missed that: by 0.015 a0 in a crystal that flows,
+and by 0.09 a0 in copper.  What holds there is that no atom is in the core, below 0.7 a0, where they came before.
 """
 
 import json
@@ -29,7 +29,7 @@ from continuum.inputs.reading import parsed, source_of
 from continuum.inputs.toml import Source
 from continuum.model.fourier import Real
 
-CORE = 0.7
+STATED, CORE = 0.8, 0.7
 REPULSIVE = c.LennardJonesSpline(adhesion_length=0.0)
 ADHESIVE = c.LennardJonesSpline(adhesion_length=0.005)
 
@@ -63,7 +63,7 @@ def test_a_sphere_that_makes_the_crystal_flow_is_met_by_every_atom(tmp_path: Pat
     for step in (1, 2):
         gaps = gaps_by_hand(run.directory, 6.0, step, period)
         assert run.steps[step - 1].smallest_gap == pytest.approx(gaps.min(), abs=1e-9)
-        assert gaps.min() > CORE
+        assert gaps.min() > (STATED if step == 1 else CORE)
     # Others than those of the surface at rest are under it in the end.
     result, surface = run.last, run.last.slab.surface_atoms
     assert np.count_nonzero(result.tractions[surface:] > 0) > 3
@@ -101,7 +101,7 @@ def test_an_adatom_is_not_the_surface(tmp_path: Path) -> None:
     assert deck.slab.area == pytest.approx(np.prod(deck.slab.grid.lengths) / (plane - 2))
     run = a.run_deck(deck.write(tmp_path / "deck"))
     assert run.converged
-    assert run.last.smallest_gap > CORE
+    assert run.last.smallest_gap > STATED
 
 
 @pytest.mark.parametrize("face", ["211", "331", "311"])
@@ -120,7 +120,9 @@ def test_all_rows_of_a_stepped_face_are_under_a_flat_wall(face: str, tmp_path: P
     assert numbers["load"] == run.last.force == pytest.approx(run.last.slab.area * run.last.tractions.sum(), rel=1e-9)
     heights = run.last.slab.positions[: run.last.slab.surface_atoms, 2]
     assert len(np.unique(np.round(heights, 3))) == 2
-    assert run.last.smallest_gap > CORE
+    # The wall only repels: the upper row, which at rest stood nearer than 0.8 a0, goes away from it, and all rows keep
+    # the stated distance.
+    assert 0.9 - (heights.max() - run.description.surface) < STATED < run.last.smallest_gap
 
 
 def test_bcc_111_has_two_rows_under_the_wall() -> None:
