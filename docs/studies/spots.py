@@ -40,14 +40,14 @@ RANGE, SLOPE = 0.5, 0.1
 """Range in rms heights, and rms slope."""
 
 
-def self_affine(hurst: float, rng: Rng, shortest: float, longest: float) -> Real:
+def self_affine(hurst: float, rng: Rng, shortest: float, longest: float, n: int = WHOLE) -> Real:
     """Gaussian."""
-    return c.SelfAffine(hurst, SLOPE, shortest, longest).synthesise(Grid.square(WHOLE), rng)
+    return c.SelfAffine(hurst, SLOPE, shortest, longest).synthesise(Grid.square(n), rng)
 
 
-def anisotropic(rng: Rng, shortest: float, longest: float) -> Real:
+def anisotropic(rng: Rng, shortest: float, longest: float, n: int = WHOLE) -> Real:
     """Slopes along x twice those along y."""
-    grid = Grid.square(WHOLE)
+    grid = Grid.square(n)
     qx, qy = grid.wavevectors
     q = np.maximum(np.hypot(qx / np.sqrt(2), qy * np.sqrt(2)), 2 * np.pi / longest)
     density = np.where(q < 2 * np.pi / (1.5 * shortest), q**-1.7, 0.0)
@@ -55,20 +55,20 @@ def anisotropic(rng: Rng, shortest: float, longest: float) -> Real:
     return made
 
 
-def worn(rng: Rng, shortest: float, longest: float) -> Real:
+def worn(rng: Rng, shortest: float, longest: float, n: int = WHOLE) -> Real:
     """The highest third flattened, under a fine roughness."""
-    rough = unit(self_affine(0.8, rng, 2 * shortest, longest))
+    rough = unit(self_affine(0.8, rng, 2 * shortest, longest, n))
     level = np.quantile(rough, 2 / 3)
     flat = np.where(rough > level, level + (rough - level) / 5, rough)
-    return flat + 0.1 * unit(self_affine(0.8, rng, shortest, longest / 2))
+    return flat + 0.1 * unit(self_affine(0.8, rng, shortest, longest / 2, n))
 
 
-def skewed(rng: Rng, shortest: float, longest: float) -> Real:
+def skewed(rng: Rng, shortest: float, longest: float, n: int = WHOLE) -> Real:
     """Lognormal heights, with valleys deeper than summits are high."""
-    return -np.exp(-0.4 * unit(self_affine(0.6, rng, shortest, longest)))
+    return -np.exp(-0.4 * unit(self_affine(0.6, rng, shortest, longest, n)))
 
 
-KINDS: Mapping[str, tuple[Callable[[Rng, float, float], Real], int]] = {
+KINDS: Mapping[str, tuple[Callable[..., Real], int]] = {
     "H = 0.3": (partial(self_affine, 0.3), 128), "H = 0.5": (partial(self_affine, 0.5), 256),
     "H = 0.8": (partial(self_affine, 0.8), 128), "anisotropic": (anisotropic, 256), "worn": (worn, 128),
     "skewed": (skewed, 256),
