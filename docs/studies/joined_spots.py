@@ -7,34 +7,36 @@ pixel of the whole, and pressures in E*.
 
 from __future__ import annotations
 
-import csv
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import scipy
+from pandas import DataFrame, read_csv
 
 import continuum as c
+from continuum.maps.map import Bands, Topography
+from continuum.maps.mending import detrend
+from continuum.maps.roughness import fit_self_affine, roughness_of, spectrum
+from continuum.maps.spectra import constant_in, isotropic_surface, joined, random_surface
+from continuum.maps.verdict.materials import Interface
+from continuum.maps.verdict.prediction import rough_contact
+from continuum.maps.verdict.sampling import CONFIDENCE, ERRORS
+from continuum.maps.verdict.threshold import MapThreshold, PressedMap, bounds, press_map
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import rough_contact
-from continuum.sticky.sampling import CONFIDENCE, ERRORS
-from continuum.sticky.threshold import MapThreshold, PressedMap, bounds, press_map
-from continuum.topography.map import Bands, Topography
-from continuum.topography.mending import detrend
-from continuum.topography.roughness import fit_self_affine, roughness_of, spectrum
-from continuum.topography.spectra import constant_in, isotropic_surface, joined, random_surface
+from continuum.store.sheet import Sheet
 from docs.studies.one_state import Rng, unit
 from docs.studies.spots import KINDS as GENTLE
-from docs.studies.spots import RANGE, SLOPE, self_affine
+from docs.studies.spots import RANGE, SLOPE, add, self_affine
 
 FILE = Path(__file__).parents[1] / "measured" / "joined-spots.csv"
 WHOLE, SIDE, SPOTS, RATIOS, SEED = 1024, 256, 4, (8, 4), 72
 """Points along a side of a surface and of a spot, spots of each surface, and sides of a spot over the roll-off."""
 PIXEL, PART, LINES = 4, 4, 16
 """Pixel of the large map, its side over that of the small one, and lines of a scan."""
+HOWS = "joined", "lines"
 DRAWN = 3
 """Continuations of each spot."""
 NM = 1e-9
@@ -159,23 +161,54 @@ def rows(kind: str, ratio: int) -> list[dict[str, object]]:
     return found
 
 
+def read() -> DataFrame:
+    """The spots that state an interval, with what is judged of each."""
+    rows = read_csv(FILE)
+    rows = rows[rows.low.notna()]
+    return rows.assign(
+        held=(rows.low <= rows.whole) & (rows.whole <= rows.high),
+        alone=(rows.alone_low <= rows.whole) & (rows.whole <= rows.alone_high),
+        width=np.log(rows.high / rows.low) / np.log(rows.alone_high / rows.alone_low),
+        over=np.log(rows.work / rows.whole),
+    )
+
+
+def by_kind(rows: DataFrame) -> Sheet:
+    """How often the interval of each kind holds the whole, and how far the estimate is from it."""
+    cells = []
+    for kind in KINDS:
+        cell = [kind]
+        for how in HOWS:
+            own = rows[(rows.kind == kind) & (rows.how == how)]
+            cell += [f"{int(own.held.sum())} of {len(own)}", f"{np.exp(own.over.mean()):.2f}"]
+        cells.append(tuple(cell))
+    head = ("kind", *(f"{how}: {what}" for how in HOWS for what in ("held", "estimate over the whole")))
+    return Sheet.of("Pressed joined measurements", head, cells)
+
+
+def verdicts(rows: DataFrame) -> str:
+    """Each row of the statement with its verdict, for joined measurements and for line scans."""
+    lines = []
+    for how in HOWS:
+        own = rows[rows.how == how]
+        share, width = own.held.mean(), own.width.median()
+        lines.append(
+            f"* {how}: {share:.0%} of {len(own)} intervals hold the whole ({own.alone.mean():.0%} of those of the "
+            f"spectrum alone): **{word(share >= 0.9, share < 0.75)}**; they are {width:.2f} times as wide: "
+            f"**{word(width <= 0.5, width > 0.75)}**"
+        )
+    return "\n".join(lines)
+
+
+def word(held: bool, refuted: bool) -> str:
+    """The verdict."""
+    return "refuted" if refuted else "held" if held else "not decided"
+
+
 def main() -> None:
-    """Add the spots that are missing."""
-    known = set()
-    if FILE.exists():
-        with FILE.open(newline="") as file:
-            known = {(one["kind"], int(one["ratio"])) for one in csv.DictReader(file)}
-    for ratio in RATIOS:
-        for kind in KINDS:
-            if (kind, ratio) in known:
-                continue
-            found, new = rows(kind, ratio), not FILE.exists()
-            with FILE.open("a", newline="") as file:
-                writer = csv.DictWriter(file, list(found[0]), lineterminator="\n")
-                if new:
-                    writer.writeheader()
-                writer.writerows(found)
-            print(kind, ratio, flush=True)  # noqa: T201
+    """Add the spots that are missing, and print the tables."""
+    add(FILE, rows, RATIOS, KINDS)
+    sys.stdout.write(by_kind(read()).markdown() + "\n" + verdicts(read()))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -201,14 +201,19 @@ def verdicts(data: DataFrame) -> str:
     return "\n".join(lines)
 
 
-def add(file: Path, made: Callable[[str, int], list[dict[str, object]]]) -> None:
-    """Add the rows of kinds and ratios that a file lacks."""
+def add(
+    file: Path,
+    made: Callable[[str, int], list[dict[str, object]]],
+    ratios: Iterable[int] = RATIOS,
+    kinds: Iterable[str] = tuple(KINDS),
+) -> None:
+    """Add the rows of ratios and kinds that a file lacks."""
     known = set()
     if file.exists():
         with file.open(newline="") as stored:
             known = {(one["kind"], int(one["ratio"])) for one in csv.DictReader(stored)}
-    for ratio in RATIOS:
-        for kind in KINDS:
+    for ratio in ratios:
+        for kind in kinds:
             if (kind, ratio) in known:
                 continue
             found, new = made(kind, ratio), not file.exists()

@@ -60,9 +60,10 @@ SCATTER, UNKNOWN = 1.3, 3.0
 """Factors by which the interval is widened where χ is above :data:`LARGEST_CHI`, twice the scatter of 1.14 that was
 seen there, and where Müser's number is above :data:`LARGEST_TABOR` or one patch touches: there thresholds of few and of
 soft contacts were off by up to 2."""
-GAUSSIAN, ANY = (0.39, 2.2), (0.01, 11.0)
+GAUSSIAN, ANY = (0.39, 2.2), (0.004, 11.0)
 """Threshold over that of the law of the spectrum at 1 % of the area, the least and the largest of single surfaces: of
-Gaussian ones, and of worn, honed, lognormal and terraced ones, too (docs/measured/one-state.csv)."""
+Gaussian ones, and of worn, honed, lognormal, terraced and lapped ones, too (docs/measured/one-state.csv and
+docs/measured/joined-spots.csv)."""
 LAW_RANGES = 0.08, 1.6
 """Ranges over h_rms in which the law of the spectrum was tested."""
 RANGES = tuple(float(one) for one in np.geomspace(1e-10, 3e-9, 8))
