@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import continuum as c
 from continuum.front.cli import main
+from continuum.inputs.errors import InputError
 from continuum.maps.map import Topography, mirror
 from continuum.maps.verdict.materials import Interface
 from continuum.maps.verdict.on_grid import UnresolvedError
@@ -281,7 +282,7 @@ def test_what_cannot_be_pressed_is_one_clear_message() -> None:
     flat = np.zeros((32, 32))
     known: dict[str, Any] = {"size": "1um", "unit": "nm", "material": "mica"}
     for heights in (flat, np.full((32, 32), np.nan), np.zeros((0, 0))):
-        with pytest.raises(c.errors.InputError) as error:
+        with pytest.raises(InputError) as error:
             c.predict(heights, **known)
         assert len(str(error.value).splitlines()) == 1
 
