@@ -513,7 +513,10 @@ class _Level:
         return on_grid.wall_on(self.problem.grid, work, reach)
 
     def at(self, reach: float) -> Threshold:
-        """The threshold at a range."""
+        """The threshold at a range, unknown where that is below the error of the gap: rounding would decide it."""
+        if reach not in self.known and reach <= self.hard.solution.gap_error:
+            state = self.state
+            self.known[reach] = Threshold(np.nan, np.nan, np.nan, np.nan, state.area_rep, state.patches, np.nan)
         if reach not in self.known:
             self.known[reach] = self.state.threshold(lambda work: self.wall(reach, work))
         return self.known[reach]
