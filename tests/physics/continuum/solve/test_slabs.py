@@ -54,9 +54,14 @@ def collectives(folder: Path) -> Iterator[tuple[str, int]]:
 
 
 @needs_jax
-@pytest.mark.parametrize("walls", [["law", "hard"], pytest.param(["stiff"], marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    ("walls", "tolerance"),
+    # Sums over the points in another order; of the contact's own step also what its residual of 1e-9 E* leaves of mean
+    # tractions of 0.02 E*, where 6e-10 was seen.
+    [(["law", "hard"], 1e-11), pytest.param(["stiff"], 5e-8, marks=pytest.mark.long)],
+)
 def test_several_devices_find_what_one_finds_and_exchange_spectra_only(
-    walls: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    walls: list[str], tolerance: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     two = run(walls, f"--xla_dump_to={tmp_path} --xla_dump_hlo_as_text")
     monkeypatch.setattr(back_end("numpy"), "SMALLEST", 128, raising=False)
@@ -64,16 +69,15 @@ def test_several_devices_find_what_one_finds_and_exchange_spectra_only(
     for name, (iterations, pairs, *means, closed) in one.items():
         assert two[name][:2] == [iterations, pairs], name
         assert two[name][-1] == closed
-        # Sums over the points in another order: a few roundings, which the residual of 1e-9 does not hold down.
-        assert two[name][2:4] == pytest.approx(means, rel=1e-11, abs=1e-11)
+        assert two[name][2:4] == pytest.approx(means, rel=tolerance, abs=tolerance)
     found = list(collectives(tmp_path))
     exchanges = [size for kind, size in found if kind == "all-to-all"]
     # A part of a half spectrum in double precision, with the columns that make the parts equal.
     assert max(exchanges) == 16 * POINTS * (POINTS // 2 + SHARDS) // SHARDS
-    # Beside it: sums, and rows at the edges of slabs, two of the neighbours of a point under a bound.
+    # Beside it: sums, and rows at the edges of slabs: kernels reach two under a bound, three in a contact step.
     others = [size for kind, size in found if kind != "all-to-all"]
-    assert len(others) > 20
-    assert max(others) <= 2 * 8 * POINTS
+    assert len(others) > 10
+    assert max(others) <= 3 * 8 * POINTS
     assert not {kind for kind, _ in found} - {"all-to-all", "all-reduce", "collective-permute"}
 
 
