@@ -119,12 +119,12 @@ def cell_of(structure: str, face: str) -> CrystalCell:
     return _scaled(f"{structure}({face})", atoms, atoms.numbers - 1, axes)
 
 
-def read_atoms(path: Path) -> ase.Atoms:
+def read_atoms(path: Path, kind: str | None = None) -> ase.Atoms:
     """Atoms of a file, the last of several frames; raises what the reader of ASE raises."""
     import ase.io
 
     read: Any = ase.io.read  # not annotated
-    return cast("ase.Atoms", read(path))
+    return cast("ase.Atoms", read(path, format=kind))
 
 
 def rectangular(atoms: ase.Atoms) -> ase.Atoms:

@@ -8,6 +8,7 @@ COMMANDS = {
     "validate": "press one wall on Green's functions and on atoms: error budget",
     "deck": "write a LAMMPS deck that a stock lmp runs, serial or with MPI",
     "read": "print, store and draw the states of a deck that was run",
+    "wall": "write a rough wall that any LAMMPS script includes",
     "elastic": "lattice and elastic constants, E*, relaxation of a crystal",
     "check": "check an input file, and print what it will cost",
     "doctor": "check the installation and LAMMPS on this machine, and say what to do",

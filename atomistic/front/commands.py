@@ -15,6 +15,7 @@ from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder.comparison import paths_of
 from atomistic.ladder.cost import told_of_writing
 from atomistic.lammps import engine
+from atomistic.lammps.include import SCRIPT
 from atomistic.relax.decks import deck_input
 from continuum.front.doctor import diagnosed
 from continuum.front.options import FIGURES
@@ -96,6 +97,19 @@ def deck(
     ])  # fmt: skip
 
 
+@like(front.write_wall)
+def wall(
+    surface: Annotated[str, Parameter(help="measured map of heights, of which a part of the size of the box is taken")],
+    *,
+    directory: Annotated[
+        Path, Parameter(name=("--output", "-o"), help="folder of the wall, from where lmp runs")
+    ] = Path("wall"),
+    **given: Any,
+) -> int:
+    made = front.write_wall(surface, directory, **given)
+    return report(lines=[f"wall     {directory / SCRIPT}: {made.about}", *made.steps(directory)])
+
+
 @like(front.read, draws=FIGURES)
 def read(
     directory: Path,
@@ -104,6 +118,9 @@ def read(
     compare: Annotated[bool, Parameter(help="compare with the continuum solution of the same wall")] = False,
     certify: Annotated[bool, Parameter(help="check its equilibria independently of the run")] = False,
 ) -> int:
+    if directory.is_file():  # of a wall in a script
+        trace = front.read_trace(directory)
+        return report(*trace.sheets(), lines=[f"figure   {path}" for path in trace.write(output, directory.stem)])
     run = front.read(directory)
     report(*run.sheets(compare=compare))
     ok = run.converged and run.finished

@@ -13,9 +13,12 @@ from atomistic.inputs.deck import MOST_STEPS, DeckConfig, crystals_of, steps_of
 from atomistic.inputs.motion import LARGEST_PRESSURE, Steps
 from atomistic.inputs.quantities import in_both
 from atomistic.inputs.validate import ValidateConfig
+from atomistic.inputs.wall import Edges, MapReading, include_of
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import runner
+from atomistic.lammps.include import UnitStyle, WallInclude
 from atomistic.lammps.shape import Shape, check_shape, shape_of
+from atomistic.lammps.trace import WallTrace, trace_of
 from atomistic.relax.certify import DeckCertificate, certify_deck
 from atomistic.relax.deckrun import ContinuumStep, DeckSteps
 from atomistic.relax.decks import DeckParts, deck_input, deck_of, deck_units, parts_of, parts_under, steps_in_units
@@ -38,6 +41,7 @@ from continuum.inputs.reading import load
 from continuum.inputs.tables import Fault
 from continuum.inputs.toml import Source, find
 from continuum.inputs.units import per_area
+from continuum.model.walls import Wall
 from continuum.store.sheet import Sheet, Shown, pairs
 
 LATTICES = 48, 256
@@ -282,6 +286,118 @@ def _steps(**given: Any) -> Steps:
     if 0 in values:
         raise ArgumentError("pressures", value, "other than zero: the tolerance is relative to the pressure")
     return Steps("mean-pressure", values)
+
+
+def write_wall(
+    surface: Contact | Shape | str | Path,
+    directory: str | Path,
+    *,
+    a0: float | str | None = None,
+    contact_modulus: float | str | None = None,
+    law: Wall | str | Path | None = None,
+    work: str | None = None,
+    slab: str | Path | None = None,
+    period: str | None = None,
+    surface_atoms: int | None = None,
+    layer: str | None = None,
+    units: UnitStyle = "metal",
+    wall_force: Literal["formulas", "plugin"] = "formulas",
+    size: str | None = None,
+    unit: str | None = None,
+    edges: Edges = "mirror",
+    fill: str | float | None = None,
+    force: bool = False,
+) -> WallInclude:
+    """Write a rough wall that any LAMMPS script includes: ``in.wall``, the law, the map, and drives.
+
+    The script may have any atom_style and pair_style, and units metal or real.  No crystal is measured.
+
+    Parameters
+    ----------
+    surface : measured map of heights, a file, of which a part of the size of the box is taken; or a contact with
+        heights and law; or a shape with a formula, as ``Round(period, radius)``.
+    directory : folder of the wall, from where lmp runs.
+    a0 : gap of no traction of the law, about the distance of neighbours; a number in Å, or a text, "2.55Å".
+    contact_modulus : E* of the slab, in which the law counts, as "135GPa"; or a number in eV/Å³.
+    law : law of the wall, or an input with a table [wall].
+    work : instead of a law, the work of adhesion of the paper's, as "50mJ/m2".
+    slab : file of the atoms at rest that ASE reads, as a data file of LAMMPS: it has the period, and the number of
+        exposed atoms and the distance of layers are counted in it.
+    period : without a slab, lengths of the box along x and y, as "102Å,88Å".
+    surface_atoms : number of atoms of the surface plane, which share its area; left out, those exposed in the slab, or
+        what the script says.
+    layer : distance of the layers of atoms, as "2.1Å", among which a law that reaches further is divided.
+    units : of the script, unless that says otherwise.
+    wall_force : whether the wall acts by formulas of LAMMPS, or by a plugin that a compiler builds here for the
+        installed LAMMPS.
+    size : size LX or LX,LY of the map with its unit, as "100nm"; only if the file does not have it.
+    unit : unit of the heights, as "nm", or of positions and heights, as "um,nm"; only if the file does not have it.
+    edges : how the map becomes periodic: a part of the size of the box by mirror images, or by a window that brings it
+        to its mean; or the whole map, whose size is that of the box, as it is.
+    fill : share of the points up to which missing heights are filled, as "5%".
+    force : leave files of others in the folder beside those of the wall.
+
+    Raises
+    ------
+    ArgumentError, TopographyError, OutputError, PluginError
+        If an argument is not allowed, the map cannot be read or is too small, the folder has other files, or the plugin
+        cannot be built.
+    """
+    reading = MapReading(edges, size=size, unit=unit, fill=fill)
+    lengths = None
+    if isinstance(surface, Contact):
+        if law is not None or work is not None:
+            raise ArgumentError("law" if work is None else "work", law or work, "left out: a contact has its own law")
+        law, lengths = surface.wall, surface.grid.lengths
+        surface = shape_of(surface.problem.heights, lengths)
+    wall = include_of(
+        surface, lengths, a0=a0, contact_modulus=contact_modulus, law=law, work=work, slab=slab, period=period,
+        surface_atoms=surface_atoms, layer=layer, units=units, wall_force=wall_force, reading=reading,
+    )  # fmt: skip
+    wall.write(file_name("directory", directory), force=flag("force", force))
+    return wall
+
+
+class Trace(WallTrace, Shown):
+    """The trace of a wall in a script, which shows itself."""
+
+    def sheets(self) -> list[Sheet]:
+        """Means with their errors, and the friction coefficient."""
+        from atomistic.show.trace import trace_sheet
+
+        return [trace_sheet(self)]
+
+    def write(self, folder: str | Path, name: str) -> list[Path]:
+        """Draw friction, load and distance into a folder, as ``NAME.png``; returns the files.
+
+        Raises
+        ------
+        OutputError
+            If they cannot be written there.
+        """
+        from atomistic.show.trace import draw_wall_trace
+        from continuum.show.plot import save_figure
+
+        return [save_figure(draw_wall_trace(self), Path(folder) / name)]
+
+
+def read_trace(path: str | Path) -> Trace:
+    """Read what a wall in a script of LAMMPS wrote of its load, friction and place, also while that runs.
+
+    Parameters
+    ----------
+    path : file of the trace, ``wall.trace.txt`` unless the script has another name.
+
+    Raises
+    ------
+    ArgumentError
+        If it is no such file, or has no samples yet.
+    """
+    name = file_name("path", path)
+    try:
+        return Trace(trace_of(name).columns)
+    except (OSError, ValueError) as error:
+        raise ArgumentError("path", str(name), f"the trace of a wall ({error})") from None
 
 
 class DeckRun(DeckSteps, Shown):

@@ -75,18 +75,18 @@ class TopographySurface(DeckSurface, kind="topography"):
 
         Raises TopographyError if the file has no such map, or the part does not lie within it.
         """
-        unit, position_unit = units_of(self.path.name, self.unit)
-        found = read_topography(
-            self.path,
-            size=sizes_of(self.path.name, self.size),
-            unit=unit,
-            position_unit=position_unit,
-            dataset=self.dataset,
-            part=self.part,
-            void=() if self.void is None else (self.void,),
-            fill=self.fill or 0.0,
-        )
+        void = () if self.void is None else (self.void,)
+        given = {"dataset": self.dataset, "part": self.part, "void": void}
+        found = topography_of(self.path, size=self.size, unit=self.unit, fill=self.fill or 0.0, **given)
         return wall_from_map(found, n, spacing, self.edges, self.centre)
+
+
+def topography_of(path: Path, *, size: str | None, unit: str | None, fill: float, **given: Any) -> Topography:
+    """Read a measured map, with the texts by which an input or a command says size and unit."""
+    of_heights, of_positions = units_of(path.name, unit)
+    return read_topography(
+        path, size=sizes_of(path.name, size), unit=of_heights, position_unit=of_positions, fill=fill, **given
+    )
 
 
 class SeparationsTable(ProtocolTable):

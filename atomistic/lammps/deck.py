@@ -60,8 +60,6 @@ _NUMBERED = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+|start(\.\d+)?\.d
 
 LEAST_VERSION = 20240207, "7 February 2024"
 """Oldest LAMMPS that runs a deck, as variables need ternary(x,y,z)."""
-_TOO_OLD = f"this_deck_needs_LAMMPS_of_{LEAST_VERSION[1].replace(' ', '_')}_or_later"
-"""An unknown command, with which LAMMPS ends; `quit` would end a Python that it runs in, too."""
 
 _OF_ALL_STEPS = ("in.contact", "README.txt", "wall.vtk")
 """Texts that name all steps, or only show the wall."""
@@ -348,7 +346,12 @@ def render(deck: Deck) -> dict[str, str]:
         "input": "input.toml    the input that this deck is of\n" if deck.source else "",
         "version": continuum.__version__,
         "least": LEAST_VERSION[1],
-        "least_version": f'if "$(version) < {LEAST_VERSION[0]}" then "{_TOO_OLD}"',
+        "least_version": least_version("deck"),
+        "folder": ".",
+        "map": plugin.MAP,
+        "at_rest": "surface",
+        **{f"at_{axis}": f"{axis}/${{length_unit}}-v_offset_{axis}" for axis in "xy"},
+        **{f"along_{axis}": "" for axis in "xy"},
         "model": textwrap.fill(model.reference, 118),
         "notes": "".join(f"{textwrap.fill(''.join(filter(str.isprintable, note)), 118)}\n" for note in deck.notes),
         "potential": "".join(
@@ -382,10 +385,26 @@ def render(deck: Deck) -> dict[str, str]:
         values["interactions"] = crystal_wall.interactions_beside(model, crystal.strength)
         texts[crystal_wall.DATA] = crystal_wall.crystal_data(crystal, model, slab.grid.shape, deck.surface)
     values |= {name: filled(text, values) for name, text in chosen.items()}
-    values["acts"] = filled(read_template(f"wall.{deck.wall_force}"), values)
+    values |= wall_lines(deck.wall_force, values)
     names = (*SCRIPTS[1:], included, *(() if crystal is None else ("in.place",)))
     scripts = {name: filled(read_template(name), values) for name in names}
     return {"in.contact": filled(read_template(f"contact.{script}"), values)} | scripts | texts
+
+
+def least_version(what: str) -> str:
+    """A line that ends an older LAMMPS than :data:`LEAST_VERSION`.
+
+    It does so by an unknown command; ``quit`` would end a Python that it runs in, too.
+    """
+    number, date = LEAST_VERSION
+    return f'if "$(version) < {number}" then "this_{what}_needs_LAMMPS_of_{date.replace(" ", "_")}_or_later"'
+
+
+def wall_lines(wall_force: WallForce, values: Mapping[str, object]) -> dict[str, str]:
+    """What every script of a wall contains: how it acts on the atoms, and its numbers."""
+    return {
+        name: filled(read_template(f"wall.{of}"), values) for name, of in (("acts", wall_force), ("numbers", "numbers"))
+    }
 
 
 def step_keys(deck: Deck, texts: Mapping[str, str]) -> list[str]:

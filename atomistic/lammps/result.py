@@ -19,7 +19,7 @@ from atomistic.crystal.crystal import AnySlab, distortion, slipped
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.directory import FORMAT, finished_steps, read_slab
 from atomistic.lammps.protocol import ENERGIES, LOAD_TOLERANCE
-from atomistic.lammps.trace import mean_and_error, read_trace
+from atomistic.lammps.trace import mean_and_error, trace_of_window
 from continuum.inputs.errors import InputError, StickinessError
 from continuum.inputs.units import Units
 from continuum.measure.contact import quantity
@@ -283,7 +283,7 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
         surface = _read_dump(directory / f"surface{mark}.dump", slab.surface_atoms)
         state = _read_dump(directory / f"state{mark}.dump", slab.size)
         traced = directory / f"trace{mark}.txt"
-        trace = read_trace(traced) if "slid_x" in numbers else {}
+        trace = trace_of_window(traced) if "slid_x" in numbers else {}
         return replace(_result(slab, numbers, log, surface, state, trace), bonded=description.bonded)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         msg = f"{directory} holds no complete result of a run: {error}; `lmp -in in.contact` there runs it anew"

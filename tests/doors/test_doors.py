@@ -82,6 +82,11 @@ COMMANDS = {
     "atomistic check": ("deck.toml", "atoms", ""),
     "atomistic deck": ("deck.toml --run", "decks/deck: ", ""),
     "atomistic read": ("decks/deck --format png", "results/deck.h5", "atomistic deck"),
+    "atomistic wall": (
+        "map.txt --size 80Å --unit Å --edges periodic --a0 2.5Å --estar 1GPa --work 1mJ/m2",
+        "wall/in.wall",
+        "",
+    ),
     "atomistic validate": ("validate.toml -j 1", "bounds hold", ""),
     "atomistic elastic": ("inputs/crystals/springs.toml --format png", "C11", ""),
     "atomistic doctor": ("", "usable", ""),

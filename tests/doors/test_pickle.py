@@ -127,8 +127,20 @@ OBJECTS: Mapping[str, Callable[[Path], object]] = {
     "LammpsError": lambda folder: a.LammpsError("why"),
     "Round": lambda folder: a.Round((40, 40), radius=20),
     "Waves": lambda folder: a.Waves((40, 40), 0.0, ((0.1, 1, 0, 0.0),)),
+    "WallInclude": lambda folder: _include(folder),
+    "Trace": lambda folder: a.read_trace(_traced(folder)),
     "RoughWall": lambda folder: a.RoughWall(np.zeros((4, 5)), copper(), 0.9, FLAT, a0=2.55, contact_modulus=0.85),
 }
+
+
+def _include(folder: Path) -> a.WallInclude:
+    tip = a.Round((40, 40), radius=20)
+    return a.write_wall(tip, folder / "wall", law=FLAT, a0=2.55, contact_modulus=0.85)
+
+
+def _traced(folder: Path) -> Path:
+    (folder / "trace.txt").write_text("# units\n# step load\n0 1.0\n10 2.0\n")
+    return folder / "trace.txt"
 
 
 def _bad(folder: Path) -> Path:

@@ -186,6 +186,7 @@ REGISTRY = {
 DOORS = {
     ("atomistic.atoms.relaxation", "RoughWall"),  # the calculators of a sum, of which one may be the wall
     ("atomistic.atoms.wall", "Contact"),  # a wall of a contact, of heights or of a shape
+    ("atomistic.front.functions", "Contact"),  # a wall of a contact, of a file or of a shape
     ("atomistic.front.functions", "DeckConfig"),  # a deck of a contact, of a file, or of an input that was read
     ("continuum.paper.page", "SweepRun"),  # a figure of a folder, or of what a sweep returned
 }

@@ -233,6 +233,23 @@ TOLD_AT_LENGTH = {
     "docs/predict.md": Told({}, ("results/wafer-predict.html",), first=2),
     "docs/tutorials/validate.md": Told({}, ("results/copper-contact-modulus.png", "results/quick.html")),
     "docs/tutorials/sweep.md": Told({}, ("results/many/table.csv", "results/many/figure3.png", "load.png")),
+    "docs/tutorials/script.md": Told(
+        {"run             20000": "run 40", "include         wall": "variable wall_every index 1\ninclude wall"},
+        ("results/wall.trace.png", "wall/in.wall"),
+    ),
+    "docs/tutorials/copper.md": Told(
+        {"run             800": "run 20", "include         wall": "variable wall_every index 1\ninclude wall"},
+        ("results/wall.trace.png", "wall/wall.map"),
+    ),
+    "docs/tutorials/film.md": Told(
+        {
+            "run             12000": "run 300",
+            "run             2500": "run 100",
+            "run             15000": "run 20",
+            "include         wall": "variable wall_every index 1\ninclude wall",
+        },
+        ("results/wall.trace.png", "film.data"),
+    ),
     "docs/tutorials/indent.md": Told({}, ("results/indent-slip.png", "indent/state.10.dump")),
     "docs/tutorials/deck.md": Told({}, ("results/deck.h5", "deck/in.contact")),
     "docs/tutorials/map.md": Told(
@@ -259,6 +276,8 @@ def follow(page: str, told: Told, folder: Path, ran: Callable[[str, str], str]) 
             code = code.replace(old, new)
         if language == "toml":
             tomllib.loads(code)
+        elif language == "lammps":
+            (folder / "in.mine").write_text(code, encoding="utf-8")
         elif language == "text":
             assert set(code.splitlines()) <= set(printed.splitlines()), f"{code}\nis not in what is printed:\n{printed}"
         elif language in ("", "sh", "python"):

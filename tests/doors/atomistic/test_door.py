@@ -56,6 +56,7 @@ def nothing_expensive(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("atomistic.lammps.engine.run_in_process", accept)
     monkeypatch.setattr("atomistic.lammps.engine.run_command", accept)
     monkeypatch.setattr("atomistic.lammps.deck.write_deck", accept)
+    monkeypatch.setattr("atomistic.lammps.include.WallInclude.write", accept)
 
 
 def protocol(**table: Any) -> None:
@@ -123,6 +124,16 @@ CALLS: Calls = {
             "a0": 2.5, "contact_modulus": 0.8, "follows": "sites", "surface": [0, 1], "offset": (0.5, 0.0),
         },
     ),
+    "write_wall": (
+        a.write_wall,
+        {
+            "surface": a.Round((40.0, 40.0), 20.0), "directory": "somewhere", "a0": 2.5, "contact_modulus": 0.8,
+            "law": CONTACT.wall, "work": None, "slab": None, "period": None, "surface_atoms": None, "layer": None,
+            "units": "metal", "wall_force": "formulas", "size": None, "unit": None, "edges": "mirror", "fill": None,
+            "force": False,
+        },
+    ),
+    "read_trace": (a.read_trace, {"path": "nowhere"}),
     "GreensRelaxation": (
         partial(a.GreensRelaxation, logfile=None), {"atoms": COPPER, "response": None, "at_rest": COPPER}
     ),
@@ -131,8 +142,8 @@ CALLS: Calls = {
     "Deck.write": (a.Deck(**DECK).write, {"directory": "somewhere"}),
 }  # fmt: skip
 # Made by the functions, and by nobody else; their own methods are below.
-RESULTS = {"DeckCertificate", "DeckRun", "Elastic", "Validation"}
-PATHS = {"directory", "file", "output", "decks", "name", "folder", "path", "paths"}
+RESULTS = {"DeckCertificate", "DeckRun", "Elastic", "Trace", "Validation", "WallInclude"}
+PATHS = {"directory", "file", "output", "decks", "name", "folder", "path", "paths", "surface", "slab"}
 
 
 def test_every_public_name_is_called() -> None:
