@@ -199,6 +199,7 @@ def write_chains() -> None:
     Path("chains.data").write_text(f"chains\n\n{head}\n{box}{body}")
 
 
+@pytest.mark.long
 def test_charged_chains_with_bonds_keep_their_energy_under_the_wall() -> None:
     write(surface_atoms=60)
     write_chains()
@@ -337,6 +338,7 @@ run 12000
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("units", ["metal", "real"])
 def test_a_free_wall_on_springs_has_the_energy_of_its_temperature(units: str) -> None:
     """Each axis has the variance k_B T/K, and lags behind the end of its spring by drag times velocity over K."""
@@ -419,6 +421,7 @@ def test_a_wall_that_moves_by_its_load_and_noise_is_the_same_on_two_processes() 
     assert np.ptp(traces[0]["distance"]) > 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", DRIVES)
 def test_each_drive_presses_on_an_alloy_and_slides(drive: str) -> None:
     lx, ly = 6 * 3.6, 6 * 3.6
