@@ -9,6 +9,7 @@ from docutils import nodes
 from latex2mathml.converter import convert
 from matplotlib import pyplot as plt
 from PIL import Image
+from pygments.lexers import TextLexer
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
@@ -127,6 +128,7 @@ def _block(writer: HTML5Translator, node: nodes.math_block) -> None:
 def setup(app: Sphinx) -> None:
     """Make the reference before the pages are read, and descriptions before the sections of docstrings are."""
     app.add_html_math_renderer("mathml", inline_renderers=(_inline, None), block_renderers=(_block, None))
+    app.add_lexer("lammps", TextLexer)  # Pygments has none: scripts are shown as they are
     app.connect("builder-inited", _generate)
     app.connect("autodoc-process-docstring", _described, priority=400)
     app.connect("object-description-transform", _shortened, priority=400)
