@@ -397,7 +397,8 @@ def read_trace(path: str | Path) -> Trace:
     try:
         return Trace(trace_of(name).columns)
     except (OSError, ValueError) as error:
-        raise ArgumentError("path", str(name), f"the trace of a wall ({error})") from None
+        allowed = f"the trace of a wall in a script ({error}); for `atomistic read` also the folder of a deck"
+        raise ArgumentError("path", str(name), allowed) from None
 
 
 class DeckRun(DeckSteps, Shown):

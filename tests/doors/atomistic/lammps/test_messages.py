@@ -46,7 +46,7 @@ def test_reading_what_is_no_run_is_one_message(deck, tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     for path, message in (
         (tmp_path / "nothing", "is not there"),
-        (tmp_path / "file", "is a file"),
+        (tmp_path / "file", "also the folder of a deck"),
         (tmp_path / "empty", "has no deck"),
         (deck, "has not been run"),
     ):
