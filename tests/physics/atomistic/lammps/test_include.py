@@ -421,6 +421,20 @@ def test_a_wall_that_moves_by_its_load_and_noise_is_the_same_on_two_processes() 
     assert np.ptp(traces[0]["distance"]) > 0
 
 
+@pytest.mark.parametrize("drive", DRIVES)
+def test_each_drive_is_read_by_lammps_and_moves_the_wall_as_it_says(drive: str) -> None:
+    lx = 6 * 3.6
+    a.write_wall(
+        a.Waves((lx / A0, lx / A0), 0.0, ((0.2, 2, 1, 0.3),)), "wall", law=SPLINE, a0=A0, contact_modulus="130GPa"
+    )
+    said = run(LOADED.format(lx=lx, ly=lx, drive=DRIVES[drive]).replace("run 2500", "run 40"))
+    assert "status 0" in said, said
+    trace = a.read_trace("wall.trace.txt")
+    assert (np.ptp(trace["distance"]) > 0) == (drive != "height")
+    assert np.ptp(trace["offset_x"]) > 0
+    assert trace["total_energy"].size > 2
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("drive", DRIVES)
 def test_each_drive_presses_on_an_alloy_and_slides(drive: str) -> None:
