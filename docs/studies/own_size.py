@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from pandas import DataFrame, Series
+from pandas import DataFrame, Series, read_csv
 
 from continuum.paper.claims import stored_points
 from continuum.paper.figures import FIGURES
@@ -21,8 +21,12 @@ from docs.studies.judgement import MEASURED, held, verdict
 
 POINTS = MEASURED / "paper-own-size-points.csv"
 STEM = MEASURED / "paper-own-size-figure4"
+PATHS = MEASURED / "own-size-part.csv"
+"""Six systems with three points on a path of approach, by an earlier input; a seventh has one."""
 AREA = 0.01
 """A_rep/A0 at which all is read."""
+WINDOW = 0.3
+"""Largest part by which the area of a single state may differ from it."""
 WIDTHS = (512, 256, 128, 64, 32)
 """Bandwidths λ_L/λ_s."""
 BORDER = 1.5
@@ -50,19 +54,46 @@ def compared(rows: DataFrame) -> DataFrame:
 
 
 def at_area(rows: DataFrame, area: float = AREA) -> DataFrame:
-    """A row for each system: its numbers at an area, linear in ln A_rep between the points on either side of it.
+    """A row for each system: its numbers at an area.
 
-    Systems without a point on either side are left out.
+    On a path of three points and more they are linear in ln A_rep between the points on either side. Else the state
+    nearest to the area stands for it, as one of two sides of a jump, if it is within :data:`WINDOW`. Other systems are
+    left out.
+    ``change`` is the range of 1/κ over a path, and NaN for a single state.
     """
     nearest, read = list[int](), list[dict[str, float]]()
     for _, path in rows.sort_values("area_rep").groupby("system"):
-        x = np.log(path.area_rep.to_numpy())
-        if x[0] <= np.log(area) <= x[-1]:
-            nearest.append(path.index[np.argmin(np.abs(x - np.log(area)))])
-            numbers = {name: float(np.interp(np.log(area), x, path[name].to_numpy())) for name in _READ}
-            read.append({**numbers, "change": float(np.ptp(path.inverse.to_numpy()))})
+        x = np.log(path.area_rep.to_numpy() / area)
+        closest = int(np.argmin(np.abs(x)))
+        if len(x) > 2 and x[0] <= 0 <= x[-1]:
+            numbers = {name: float(np.interp(0, x, path[name].to_numpy())) for name in _READ}
+            numbers["change"] = float(np.ptp(path.inverse.to_numpy()))
+        elif abs(np.expm1(x[closest])) <= WINDOW:
+            numbers = {**path[[*_READ]].iloc[closest].to_dict(), "change": np.nan}
+        else:
+            continue
+        nearest.append(path.index[closest])
+        read.append(numbers)
     found = rows.loc[nearest].reset_index(drop=True)
     return with_theory(found.assign(**DataFrame(read, columns=[*_READ, "change"])))
+
+
+def from_paths() -> DataFrame:
+    """The six systems with three points on a path, and how far 1/κ of the single state is from theirs at its area."""
+    table = read_csv(PATHS)
+    single = at_area(points().query("seed == 1 and length == 0.05 and slope == 0.1"))
+    rows = []
+    for (lambda_s, hurst), path in table.groupby(["surface.lambda_s", "surface.hurst"]):
+        state = single[(single.lambda_s == lambda_s) & (single.hurst == hurst)]
+        if len(path) < 3 or state.empty:
+            continue
+        area = path.area_rep.to_numpy()
+        inverse = path["load (E*)"].to_numpy() / (area * path.rms_slope.to_numpy())
+        (one,) = state.itertuples()
+        there = float(np.interp(np.log(one.area_rep), np.log(area), inverse))
+        rows.append({"lambda_s": lambda_s, "hurst": hurst, "area": one.area_rep, "state": one.inverse, "path": there,
+                     "change": float(np.ptp(inverse))})  # fmt: skip
+    return DataFrame(rows)
 
 
 def with_theory(rows: DataFrame) -> DataFrame:
@@ -126,11 +157,17 @@ def judged(every: DataFrame) -> Iterator[Judged]:
     wide = rows[rows.chord > 10]
     off = (wide.disc_ratio - 1).abs()
     yield ("9. P d/(π A_rep) within 5 % where d > 10 a0", _of(off < 0.05), held(bool((off < 0.05).all())))
-    yield _count("10. 1/κ changes by less than 0.1 over the three points", pulling.change < 0.1, 85)
     yield _count("11. A_att > A_rep without sticking", ~pulling.thin & ~pulling.sticks, 5)
     scatter = every[every.length > 0].groupby(["lambda_s", "hurst", "slope", "length"]).inverse
     scatter = scatter.std(ddof=1)[scatter.size() >= 3]
     yield _mean("12. scatter of 1/κ among surfaces near the border", scatter, 0.11, 0.05)
+
+
+def judged_by_paths(paths: DataFrame) -> Iterator[Judged]:
+    """Statement 10, and whether a single state may stand for a path: the table of :func:`from_paths`."""
+    yield _count("10. 1/κ changes by less than 0.1 over three points", paths.change < 0.1, len(paths))
+    near = (paths.state - paths.path).abs() < 0.03
+    yield _count("a state from rest is within 0.03 of the path in 1/κ", near, len(paths))
 
 
 def _of(holds: Series) -> str:
@@ -200,7 +237,8 @@ def _repulsion(rows: DataFrame) -> Iterator[Judged]:
 def table() -> Iterator[str]:
     """The statements, what was found, and what became of each."""
     yield "| statement | found | |\n|---|---|---|"
-    yield from (f"| {name} | {found} | **{what}** |" for name, found, what in judged(at_area(points())))
+    every = (*judged(at_area(points())), *judged_by_paths(from_paths()))
+    yield from (f"| {name} | {found} | **{what}** |" for name, found, what in every)
 
 
 def systems() -> Iterator[str]:
