@@ -36,8 +36,8 @@ def exponents(path: DataFrame) -> list[float]:
     """x of A_rep ~ N^x in each decade of the area, by a straight line through its points; NaN where some pull."""
     found = []
     for low, high in itertools.pairwise(DECADES):
-        # A decade ends where the next one begins: points a third beyond its ends belong to both.
-        part = path[path.area_rep.between(low / 1.3, high * 1.3)]
+        # A decade ends where the next one begins: points beyond its ends by less than half a step belong to both.
+        part = path[path.area_rep.between(low / 1.7, high * 1.7)]
         usable = len(part) >= 3 and bool((part.load > 0).all())
         found.append(float(np.polyfit(np.log(part.load), np.log(part.area_rep), 1)[0]) if usable else np.nan)
     return found
