@@ -100,7 +100,7 @@ def program(
 
         return versions()
 
-    codes = "Exit codes: " + ".  ".join(f"{code}: {meaning}" for code, meaning in EXIT_CODES.items()) + "."
+    codes = "Exit codes: " + "; ".join(f"{code} {meaning}" for code, meaning in EXIT_CODES.items()) + "."
     app = App(
         name=name, help=what, help_epilogue=f"Units: {units}.  {codes}", help_format="plaintext", version=versions,
         default_parameter=Parameter(negative=""), result_action="return_value", help_flags=["--help", "-h"],

@@ -7,15 +7,13 @@ from collections.abc import Mapping
 OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 
 EXIT_CODES: Mapping[int, str] = {
-    OK: "all well",
-    NOT_CONVERGED: "something did not converge, has no solution (a tension too large, an area that is jumped over) or "
-    "violates a bound (of a validation); finished work is stored",
-    BAD_INPUT: "the input is at fault, or the output cannot be written; nothing was written",
-    128 + signal.SIGINT: "stopped by Ctrl-C; finished work is stored, and the same command continues from there",
-    128 + signal.SIGTERM: "stopped by SIGTERM, as `kill` and queues send it, likewise; 129 by SIGHUP, as a terminal "
-    "that is closed sends it; 141 where nobody reads the output any more",
+    OK: "success",
+    NOT_CONVERGED: "not converged, no solution, or a bound violated",
+    BAD_INPUT: "invalid input or output, nothing was written",
+    128 + signal.SIGINT: "stopped by Ctrl-C",
+    128 + signal.SIGTERM: "stopped by SIGTERM",
 }
-"""Exit codes of both programs, and what they mean: of a signal 128 and its number, as a shell has it."""
+"""Exit codes of both programs.  After a signal a shell reports 128 plus its number."""
 
 
 _LONG = re.compile(r"[^\s/]{81,}")
