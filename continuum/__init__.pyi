@@ -8,14 +8,14 @@ from continuum.front.contact import LoadingPath as LoadingPath
 from continuum.front.contact import State as State
 from continuum.front.doctor import doctor as doctor
 from continuum.front.predict import Prediction as Prediction
+from continuum.front.predict import Study as Study
 from continuum.front.predict import predict as predict
+from continuum.front.predict import study as study
 from continuum.front.runs import analyse as analyse
 from continuum.front.runs import check as check
 from continuum.front.runs import plot as plot
 from continuum.front.runs import run as run
 from continuum.front.runs import threshold as threshold
-from continuum.front.study import Study as Study
-from continuum.front.study import study as study
 from continuum.front.sweeps import sweep as sweep
 from continuum.front.sweeps import sweep_collect as sweep_collect
 from continuum.front.sweeps import sweep_slurm as sweep_slurm

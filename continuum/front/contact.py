@@ -25,8 +25,7 @@ from continuum.inputs.arguments import (
     several,
 )
 from continuum.measure import contact as contacts
-from continuum.measure.contact import Equilibrium, Measurement
-from continuum.measure.curve import Adhesion, Curve, adhesion
+from continuum.measure.contact import Adhesion, Curve, Equilibrium, Measurement, adhesion
 from continuum.model.counterface import BEYOND, BEYOND_WHY, against
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from continuum.front import predict as predictions
-from continuum.front import study as studies
+from continuum.front import predict as studies
 from continuum.front.options import as_options, like
 from continuum.inputs.errors import InputError
 from continuum.inputs.tables import explained

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from pandas import DataFrame, Series
 
 from continuum.maps.verdict.criteria import AREA, CRITERIA, Criterion, RoughContact
-from continuum.measure.curve import adhesion
+from continuum.measure.contact import adhesion
 from continuum.model.grid import Grid
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.figures import Drawing, save_drawing

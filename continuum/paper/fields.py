@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from pandas import DataFrame
 
 from continuum.measure.contact import ATTRACTED, REPULSIVE
-from continuum.measure.outline import Mask, perimeter_map
-from continuum.measure.profile import GapProfile
+from continuum.measure.outline import GapProfile, Mask, perimeter_map
 from continuum.model.fourier import Real
 from continuum.paper.points import LENGTH, SweepData, adhesion_colour, adhesion_key
 from continuum.show import plot

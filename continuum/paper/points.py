@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from pandas import DataFrame, Series
 
 from continuum.inputs.errors import InputError
-from continuum.measure.curve import Curve
+from continuum.measure.contact import Curve
 from continuum.store.sweeps.collect import PointTable
 from continuum.store.sweeps.measured import COLUMNS
 from continuum.theory.paper import ExpectedContact

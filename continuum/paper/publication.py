@@ -3,24 +3,258 @@
 Archives require a flat folder: ``index.html`` with its figures, ``table.csv``, ``table.nc``,
 ``sweep.toml``, ``.zenodo.json``, ``ro-crate-metadata.json``, and
 ``SHA256SUMS``, by which the folder is recognised and can be checked.
+
+``ro-crate-metadata.json`` is an RO-Crate, https://w3id.org/ro/crate/1.1, which data portals read.  Its graph names the
+data set with its authors and licence, each file, and the program as the instrument that made them.
 """
 
 import hashlib
+import html
+import json
+import mimetypes
 import re
+import shlex
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from continuum.front.sweeps import sweep_collect
 from continuum.inputs.arguments import ArgumentError, file_name, flag
 from continuum.inputs.errors import OutputError
-from continuum.paper.crate import CRATE, Creator, crate, software_identifier
+from continuum.paper.claims import claim_verdicts, verdict_sheet
+from continuum.paper.figures import save_drawing
+from continuum.paper.page import drawings_of, provenance_line
+from continuum.paper.points import SweepData
+from continuum.show.page import Page
 from continuum.store import output as files
 from continuum.store.provenance import Citation, now, provenance
+from continuum.store.sheet import Column, Sheet, pairs
 from continuum.store.sweeps.collect import LeftOutWarning, PointTable
+from continuum.store.sweeps.crossings import crossings_sheet
 from continuum.store.sweeps.folder import Folder
+
+CRATE = "ro-crate-metadata.json"
+_ORCID = re.compile(r"(.*?)[;\s(]*(?:https://orcid\.org/)?(\d{4}-\d{4}-\d{4}-\d{3}[\dX])\)?\s*")
+
+
+class Creator(NamedTuple):
+    """An author of data."""
+
+    name: str
+    """As "Family, Given"."""
+    orcid: str = ""
+    """As 0000-0002-1825-0097; empty if it is not known."""
+
+    @classmethod
+    def of(cls, text: str) -> "Creator":
+        """The author of "Family, Given", with an ORCID after it or not; ArgumentError if that is misspelt."""
+        found = _ORCID.fullmatch(text)
+        if found is None:
+            return cls(text)
+        name, orcid = found.groups()
+        if not name or _check_digit(orcid) != orcid[-1]:
+            raise ArgumentError("creators", text, '"Family, Given; 0000-0002-1825-0097": a digit of the ORCID is wrong')
+        return cls(name, orcid)
+
+    @property
+    def text(self) -> str:
+        return f"{self.name}; {self.orcid}" if self.orcid else self.name
+
+    @property
+    def zenodo(self) -> dict[str, str]:
+        return {"name": self.name, **({"orcid": self.orcid} if self.orcid else {})}
+
+
+def _check_digit(orcid: str) -> str:
+    """The last digit of an ORCID after ISO 7064, 11-2."""
+    total = 0
+    for digit in orcid.replace("-", "")[:-1]:
+        total = 2 * (total + int(digit))
+    left = (12 - total % 11) % 11
+    return "X" if left == 10 else str(left)
+
+
+def software_identifier(provenance: Mapping[str, object]) -> str:
+    """The program in the Software Heritage archive, by its commit (ISO/IEC 18670); empty outside a checkout."""
+    commit = str(provenance.get("provenance/git_commit", ""))
+    return f"swh:1:rev:{commit}" if commit else ""
+
+
+def crate(
+    title: str, description: str, creators: Sequence[Creator], license: str, citation: Citation, software: str,
+    date: str, files: Mapping[str, bytes],
+) -> str:  # fmt: skip
+    """The text of ``ro-crate-metadata.json``.
+
+    Parameters
+    ----------
+    software : identifier of the program; empty if there is none.
+    date : of the publication, as 2026-11-28.
+    files : contents of the other files of the folder, by name.
+    """
+    people = [
+        {"@id": f"https://orcid.org/{one.orcid}" if one.orcid else f"#creator-{i}", "@type": "Person", "name": one.name}
+        for i, one in enumerate(creators, 1)
+    ]
+    program = {
+        "@id": software or "#stickiness", "@type": "SoftwareApplication", "name": citation.title,
+        "version": citation.version, "license": citation.license,
+    }  # fmt: skip
+    paper = {"@id": f"https://doi.org/{citation.doi}", "@type": "ScholarlyArticle", "name": citation.paper}
+    parts = [
+        {
+            "@id": name, "@type": "File", "name": name, "contentSize": str(len(content)),
+            "encodingFormat": mimetypes.guess_type(name)[0] or "application/octet-stream",
+            "sha256": hashlib.sha256(content).hexdigest(),
+        }
+        for name, content in sorted(files.items())
+    ]  # fmt: skip
+    terms = {"@id": f"#{license}", "@type": "CreativeWork", "name": license, "identifier": license}
+    root = {
+        "@id": "./", "@type": "Dataset", "name": title, "description": description, "datePublished": date,
+        "author": _links(people), "license": {"@id": terms["@id"]}, "citation": {"@id": paper["@id"]},
+        "hasPart": _links(parts),
+    }  # fmt: skip
+    made = {
+        "@id": "#sweep", "@type": "CreateAction", "instrument": {"@id": program["@id"]}, "result": {"@id": "./"},
+        "object": {"@id": "sweep.toml"}, "name": "continuum sweep run",
+    }  # fmt: skip
+    head = {
+        "@id": CRATE, "@type": "CreativeWork", "about": {"@id": "./"},
+        "conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"},
+    }  # fmt: skip
+    graph = [head, root, *people, terms, program, paper, made, *parts]
+    said = {"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph}
+    return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
+
+
+def _links(entities: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    return [{"@id": one["@id"]} for one in entities]
+
+
+_KEYWORDS = ["contact mechanics", "adhesion", "surface roughness", "tribology"]
+_SAID = {
+    "table.csv": "all converged points, a row each",
+    "table.nc": "the same with the axes of the input, as NetCDF: xarray opens it",
+    "crossings.csv": "what its searches have found, a row each",
+    "sweep.toml": "the input of the sweep",
+    ".zenodo.json": "metadata of this data set, as Zenodo reads them",
+    CRATE: "the same for data portals, as an RO-Crate",
+}
+
+
+@dataclass(frozen=True)
+class Metadata:
+    """Metadata of a publication for an archive."""
+
+    title: str
+    creators: tuple[Creator, ...]
+    license: str
+    description: str
+
+    def zenodo(self, paper: str, software: str) -> str:
+        """The text of ``.zenodo.json``, which refers to the paper of this DOI and to the program, if it has a name."""
+        of_program = {"identifier": software, "relation": "isCompiledBy", "resource_type": "software"}
+        said = {
+            "title": self.title,
+            "upload_type": "dataset",
+            "description": f"<p>{html.escape(self.description)}</p>",
+            "creators": [one.zenodo for one in self.creators],
+            "access_right": "open",
+            "license": self.license,
+            "keywords": _KEYWORDS,
+            "related_identifiers": [
+                {"identifier": paper, "relation": "references", "resource_type": "publication-article"},
+                *([of_program] if software else []),
+            ],
+        }
+        return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
+
+
+def write_publication_page(
+    root: Path, found: PointTable, folder: Path, about: Metadata, citation: Citation, warnings: Sequence[str]
+) -> None:
+    """Write ``index.html`` and its figures.
+
+    Parameters
+    ----------
+    root, found : folder of the sweep, and its table.
+    folder : where the page goes, beside the files that are there.
+    about, citation : of the data, and of the program and the paper.
+    warnings : what the page says first.
+    """
+    data, figures, said = SweepData(found, root), [], dict(_SAID)
+    for name, drawing in drawings_of(data):
+        picture, numbers = save_drawing(drawing, folder / name)
+        figures.append((picture, drawing.caption))
+        said |= {picture.name: drawing.caption, f"{name}.pdf": "the same, to print", numbers.name: "its numbers"}
+    looked = [each for each in claim_verdicts(data.points) if each[1].points]
+    sheets = [verdict_sheet(looked)] if looked else []
+    sheets += [crossings_sheet(found.listing, found.crossings)] if found.crossings else []
+    sheets += [summary_sheet(found), _origin(found, about), _citing(about, citation)]
+    there = {path.name for path in folder.iterdir()}
+    Page(
+        about.title, about.description, warnings, figures, sheets,
+        ("sweep.toml", (folder / "sweep.toml").read_text(encoding="utf-8")), f"Licence of the data: {about.license}.",
+        [(name, what) for name, what in said.items() if name in there or name == CRATE],
+    ).write(folder / "index.html")  # fmt: skip
+
+
+def summary_sheet(found: PointTable) -> Sheet:
+    """Range of each column of the table over all systems; columns without a number are left out."""
+    rows: list[tuple[str | float | int, ...]] = []
+    for name, (unit, what) in found.columns.items():
+        values = found[name]
+        known = np.isfinite(values)
+        if known.any():
+            spread = (f(values[known]).item() for f in (np.min, np.median, np.max))
+            rows.append((name, what, "" if unit == "1" else unit, np.unique(found.system[known]).size, *spread))
+    columns = ("column", "what it is", "unit", Column("systems"), "smallest", "median", "largest")
+    return Sheet.of("Columns over all systems", columns, rows)
+
+
+def _origin(found: PointTable, about: Metadata) -> Sheet:
+    """Commands and versions; no machine, and no folder of one."""
+    versions = {name.rpartition("/")[2]: value for name, value in provenance().items()}
+    dirty = " with changes" if versions.pop("git_dirty", False) else ""
+    if "git_commit" in versions:
+        versions["git_commit"] = f"{str(versions['git_commit'])[:12]}{dirty}"
+    again = ["--title", about.title, "--license", about.license]
+    again += [word for one in about.creators for word in ("--creator", one.text)]
+    return pairs(
+        "Where the numbers come from",
+        [
+            ("points", provenance_line(found)),
+            ("tables and figures", ", ".join(f"{name} {value}" for name, value in versions.items())),
+            ("the points again", "continuum sweep run sweep.toml -o results"),
+            (
+                "this folder again",
+                shlex.join(["continuum", "sweep", "publish", "results/sweep", "-o", "published", *again]),
+            ),
+        ],
+    )
+
+
+def _citing(about: Metadata, citation: Citation) -> Sheet:
+    names = "; ".join(one.name for one in about.creators)
+    return Sheet.of(
+        "How to cite",
+        ("what", "reference"),
+        [
+            (
+                "these data",
+                f"{names}: {about.title}. With the DOI that the archive gives them.",
+            ),
+            ("the paper whose model this is", citation.paper),
+            ("the program", citation.program),
+        ],
+    )
+
 
 SUMS = "SHA256SUMS"
 _MARK = f"# written by `continuum sweep publish`; checked by `sha256sum -c {SUMS}`\n"
@@ -62,11 +296,6 @@ def sweep_publish(
     files that are not of an earlier call or were changed since, or cannot be written to; ArgumentError if an argument
     is not allowed.
     """
-    from continuum.paper.publication_page import (  # pandas and Matplotlib, which take a second
-        Metadata,
-        write_publication_page,
-    )
-
     root, place = file_name("sweep", sweep), file_name("output", output)
     title, license = None if title is None else _line("title", title), _line("license", license)
     if isinstance(creators, str) or not isinstance(creators, Sequence):

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from pandas import DataFrame, concat
 
-from continuum.measure.curve import adhesion
+from continuum.measure.contact import adhesion
 from continuum.paper.points import (
     ENOUGH,
     LENGTH,

@@ -12,14 +12,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum.inputs.arguments import count
-from continuum.measure.contact import ATTRACTED, REPULSIVE, Measurement, measure
-from continuum.measure.curve import Adhesion, Curve, adhesion, normal_stiffness
-from continuum.measure.outline import Areas, Mask, areas, patches
-from continuum.measure.profile import (
+from continuum.measure.contact import (
+    ATTRACTED,
+    REPULSIVE,
+    Adhesion,
+    Curve,
+    Measurement,
+    adhesion,
+    measure,
+    normal_stiffness,
+)
+from continuum.measure.outline import (
+    Areas,
     Distribution,
     GapProfile,
+    Mask,
+    areas,
     gap_distribution,
     gap_profile,
+    patches,
     pressure_distribution,
 )
 from continuum.model.fourier import Real

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from continuum.measure.contact import MEASURED, measure
-from continuum.measure.curve import Curve, normal_stiffness
+from continuum.measure.contact import MEASURED, Curve, measure, normal_stiffness
 from continuum.measure.outline import Mask, patches
 from continuum.model.fourier import Real
 from continuum.solve.tangent import tangent_stiffness

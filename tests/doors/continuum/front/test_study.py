@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -40,16 +41,18 @@ def folder(tmp_path: Path) -> Path:
 @pytest.fixture(autouse=True)
 def once(monkeypatch: pytest.MonkeyPatch) -> None:
     """A spot is predicted once in a process: by the content of its files and the options."""
-    monkeypatch.setattr("continuum.front.study.predict", known)
+    monkeypatch.setattr("continuum.front.predict.predict", known)
 
 
 FOUND: dict[tuple[object, ...], c.Prediction] = {}
+predict = c.predict
 
 
+@wraps(predict)  # the command takes its options from the signature
 def known(*paths: Path, **options: Any) -> c.Prediction:
     key = tuple((path.name, path.read_bytes()) for path in paths), repr(options)
     if key not in FOUND:
-        FOUND[key] = c.predict(*paths, **options)
+        FOUND[key] = predict(*paths, **options)
     return FOUND[key]
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.measure.curve import Curve, adhesion, normal_stiffness
+from continuum.measure.contact import Curve, adhesion, normal_stiffness
 
 
 def curve(gap: list[float] | np.ndarray, load: list[float] | np.ndarray, reversal: int) -> Curve:

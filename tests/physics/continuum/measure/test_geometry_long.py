@@ -96,7 +96,7 @@ import json, sys, time
 import numpy as np
 from continuum.model.grid import Grid
 from continuum.measure.outline import areas, outline, patches
-from continuum.measure.profile import gap_distribution, gap_profile, pressure_distribution
+from continuum.measure.outline import gap_distribution, gap_profile, pressure_distribution
 from continuum.model.walls import LennardJonesSpline
 
 gap = np.load(sys.argv[1])

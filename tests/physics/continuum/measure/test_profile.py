@@ -8,8 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.measure.contact import REPULSIVE, contact_map, totals_of
-from continuum.measure.outline import EDGE_SHARE, areas, outline
-from continuum.measure.profile import EDGE_DEPTH, GapProfile, gap_distribution, gap_profile, pressure_distribution
+from continuum.measure.outline import (
+    EDGE_DEPTH,
+    EDGE_SHARE,
+    GapProfile,
+    areas,
+    gap_distribution,
+    gap_profile,
+    outline,
+    pressure_distribution,
+)
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace

@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgba
 from pandas import DataFrame
 
 import continuum
-from continuum.measure.curve import Curve, adhesion
+from continuum.measure.contact import Curve, adhesion
 from continuum.paper import relations
 from continuum.paper.figures import FIGURES
 from continuum.paper.page import plot_figure

@@ -22,10 +22,9 @@ import continuum as c
 from continuum.front.cli import main
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.errors import InputError
-from continuum.paper import publication, publication_page
-from continuum.paper.crate import Creator
+from continuum.paper import publication
 from continuum.paper.page import drawings_of
-from continuum.paper.publication import sweep_publish
+from continuum.paper.publication import Creator, sweep_publish
 from continuum.store.provenance import Citation
 from tests.problems import SMALL
 
@@ -71,7 +70,7 @@ def place(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("published") / "out"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(socket, "gethostname", lambda: "machine-of-the-author")
-        patch.setattr(publication_page, "drawings_of", lambda data: islice(drawings_of(data), 1))
+        patch.setattr(publication, "drawings_of", lambda data: islice(drawings_of(data), 1))
         assert main(["sweep", "publish", str(root), "-o", str(folder), "--creator", "Doe, Jane", "-q"]) == 0
     return folder
 
@@ -85,7 +84,7 @@ def copy(place: Path, tmp_path: Path) -> Path:
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """As of a sweep that has points for none; drawing takes most of the time."""
-    monkeypatch.setattr(publication_page, "drawings_of", lambda data: iter(()))
+    monkeypatch.setattr(publication, "drawings_of", lambda data: iter(()))
 
 
 @pytest.fixture
@@ -275,7 +274,7 @@ def test_files_that_the_input_reads_are_named(axis: str, tmp_path: Path, monkeyp
             path.write_bytes(b"")
         return files
 
-    monkeypatch.setattr(publication_page, "save_drawing", named)
+    monkeypatch.setattr(publication, "save_drawing", named)
     heights = np.random.default_rng(1).normal(size=(24, 30)).cumsum(0).cumsum(1)
     np.save(tmp_path / "map.npy", heights / 500)
     surface = re.compile(r"\[surface\].*?\n\n", re.DOTALL)
