@@ -33,7 +33,8 @@ _STEEP, _SLOPES = 0.2, 4
 _HURST, _SLOPE, _CUT, _VALID = "H", "h'rms", "lambda_s (a0)", "A_rep >= 10 lambda_s^2"
 LENGTH = "l_a (a0)"
 """Columns of the tables of figures; the others above are read here only."""
-_MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
+MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
+"""Symbols of H, as in the paper."""
 _COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00", 0.1: "#cc79a7"}
 """The paper's black, blue and red, as colours that remain distinct for colour-blind readers."""
 _OTHERS = ("#e69f00", "#56b4e9", "#785ef0", "#882255", "#8c510a")
@@ -174,7 +175,7 @@ def draw_points(axis: Axes, numbers: DataFrame, x: str, y: str, error: str | Non
         shade = adhesion_colour(length)
         bars = None if error is None else some[error].where(some[error] > 0)
         axis.errorbar(
-            some[x], some[y], yerr=bars, marker=_MARKERS.get(hurst, "D"), color=shade, linestyle="none",
+            some[x], some[y], yerr=bars, marker=MARKERS.get(hurst, "D"), color=shade, linestyle="none",
             elinewidth=0.5, markerfacecolor=shade if slope < _STEEP else "none", markeredgewidth=0.6,
             markersize=_size(cut), alpha=1.0 if valid else 0.25,
         )  # fmt: skip
@@ -189,7 +190,7 @@ def symbol_key(numbers: DataFrame) -> list[Sequence[Artist]]:
     """Legend of the symbols that occur, a list for each property."""
     grey: Any = {"color": "0.3", "linestyle": "none", "markeredgewidth": 0.6}
     hursts = [
-        Line2D([], [], marker=_MARKERS.get(hurst, "D"), label=f"$H = {hurst:g}$", **grey)
+        Line2D([], [], marker=MARKERS.get(hurst, "D"), label=f"$H = {hurst:g}$", **grey)
         for hurst in sorted(set(numbers[_HURST]))
     ]
     known = sorted(set(numbers[_SLOPE]))

@@ -1,8 +1,9 @@
 """The thirty geometries of Figure 4 at the paper's own size, from their points: ``python -m docs.studies.own_size``.
 
 ``continuum sweep run inputs/sweep/own-size.toml`` makes the points, ``continuum plot page`` their table, and
-``python -m docs.studies.own_size --figure`` the table of Figure 4 at 1 % of the area, which ``docs.studies.redraw``
-draws.  What was expected is in docs/studies/own_size.md; :func:`judged` says what became of it.
+``python -m docs.studies.own_size --join TABLE ...`` one table of several sweeps.  ``--figure`` draws measured numbers
+over theory, and writes the table of Figure 4 at 1 % of the area, which ``docs.studies.redraw`` draws.  What was
+expected is in docs/studies/own_size.md; :func:`judged` says what became of it.
 """
 
 from __future__ import annotations
@@ -11,11 +12,14 @@ import sys
 from collections.abc import Callable, Iterator
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from pandas import DataFrame, Series, read_csv
+from pandas import DataFrame, Series, concat, read_csv
 
 from continuum.paper.claims import stored_points
 from continuum.paper.figures import FIGURES
+from continuum.paper.points import MARKERS, adhesion_colour
+from continuum.show import plot
 from continuum.theory import paper
 from docs.studies.judgement import MEASURED, held, verdict
 
@@ -282,7 +286,54 @@ def drawn() -> DataFrame:
     return FIGURES["figure4"].numbers(rows.assign(**inverse, search=-1))
 
 
+@plot.styled
+def figure(rows: DataFrame) -> Figure:
+    """1/κ_att and A_rep/A_att as measured over theory, and 1/κ, of all adhesive systems at :data:`AREA`."""
+    drawn, axes = plot.new_axes(plot.PAGE, 2.9, 1, 3)
+    left, middle, right = axes
+    for length, part in rows[rows.length > 0].groupby("length"):
+        shade = adhesion_colour(float(length))
+        for (hurst, slope), some in part.groupby(["hurst", "slope"]):
+            look = {"linestyle": "none", "marker": MARKERS[hurst], "color": shade, "markersize": 3.5,
+                    "fillstyle": "full" if slope < 0.2 else "none"}  # fmt: skip
+            label = rf"$\ell_a/a_0 = {length:g}$" if (hurst, slope) == (0.8, 0.1) else None
+            left.plot(some.said, some.inverse_att, label=label, **look)
+            middle.plot(some.width, some.ratio / some.expected_ratio, **look)
+            right.plot(some.said, some.inverse, **look)
+    ends = np.array(left.get_xlim())
+    left.plot(ends, ends, ":", color="0.4", label="theory")
+    left.set(
+        xscale="log", yscale="log", xlabel=r"$1/\kappa_\mathrm{att}$, Eqs. (3), (4)", ylabel=r"$1/\kappa_\mathrm{att}$"
+    )
+    middle.axhline(1, color="0.4", linestyle=":")
+    middle.set(xscale="log", yscale="log", xlabel=r"$\lambda_L/\lambda_s$",
+               ylabel=r"$A_\mathrm{rep}/A_\mathrm{att}$ over Eq. (4)")  # fmt: skip
+    right.axhline(0, color="#009e73", linewidth=0.9, label="below: sticky")
+    right.axvline(
+        1 / KAPPA_REP, color="0.4", linestyle="--", linewidth=0.9, label=r"criterion, $\kappa_\mathrm{rep} = 2$"
+    )
+    right.set(xscale="log", xlabel=r"$1/\kappa_\mathrm{att}$, Eqs. (3), (4)", ylabel=r"$1/\kappa$")
+    plot.log_ticks(left, middle, right)
+    plot.letter_panels(axes)
+    plot.legend_below(drawn, plot.labelled(left, right))
+    return drawn
+
+
+def joined(tables: list[DataFrame]) -> DataFrame:
+    """The points of several sweeps as those of one: systems and surfaces are numbered on."""
+    found = list[DataFrame]()
+    for table in tables:
+        first = {name: 1 + max((int(each[name].max()) for each in found), default=-1) for name in ("system", "surface")}
+        found.append(table.assign(**{name: table[name] + shift for name, shift in first.items()}))
+    return concat(found, ignore_index=True)
+
+
 if __name__ == "__main__":
-    if sys.argv[1:] == ["--figure"]:
-        drawn().to_csv(STEM.with_suffix(".csv"), index=False, lineterminator="\n")
+    match sys.argv[1:]:
+        case ["--join", *files]:
+            joined([read_csv(file) for file in files]).to_csv(POINTS, index=False, lineterminator="\n")
+        case ["--figure"]:
+            drawn().to_csv(STEM.with_suffix(".csv"), index=False, lineterminator="\n")
+            with plot.written_as(["png"]):
+                plot.save_figure(figure(at_area(points())), MEASURED / "own-size", own=True)
     sys.stdout.write("\n".join([*table(), "", *widths(), "", *systems()]) + "\n")
