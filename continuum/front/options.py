@@ -70,7 +70,7 @@ def _gigabytes(_: type, tokens: Sequence[Any]) -> float:
 _COUNT = Number(gte=1, lte=1024)
 OPTIONS: Mapping[str, Parameter] = {
     "output": Parameter(name=("--output", "-o")),
-    "workers": Parameter(name=("--workers", "-j"), validator=_COUNT),
+    "workers": Parameter(name=("--workers", "-j"), validator=Number(gte=0, lte=1024)),
     "threads": Parameter(validator=_COUNT),
     "nodes": Parameter(validator=_COUNT),
     "shards": Parameter(name="--array", validator=_COUNT),

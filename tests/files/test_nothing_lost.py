@@ -403,18 +403,23 @@ def test_as_many_targets_as_are_allowed_can_be_written_down(tmp_path: Path) -> N
     assert load(tmp_path / "a.toml", RunConfig).loading.points >= 100_000
 
 
-@pytest.mark.parametrize(
-    ("program", "option"),
-    [("atomistic", ["validate", "x.toml", "-j", "0"]), ("continuum", ["predict", "x.npy", "--threads", "-2"])],
-)
-def test_a_count_of_processes_or_threads_is_at_least_one(
-    program: str, option: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    main = {"atomistic": atomistic.front.cli.main, "continuum": continuum.front.cli.main}[program]
+def test_a_count_of_threads_or_processes_is_at_least_one(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
-        main(option)
+        continuum.front.cli.main(["predict", "x.npy", "--threads", "-2"])
     assert ended.value.code == 2
     assert "Must be >= 1" in capsys.readouterr().err
+    # A sweep may have none: its jobs are for another scheduler.
+    assert atomistic.front.cli.main(["validate", "inputs/validate/quick.toml", "-j", "0", "-o", "unused"]) == 2
+    assert "workers" in capsys.readouterr().err
+    assert not Path("unused").exists()
+
+
+def test_a_sweep_without_workers_makes_its_folder_only(tmp_path: Path) -> None:
+    path = tmp_path / "many.toml"
+    path.write_text(SMALL + '[sweep.axes]\n"surface.seed" = [1, 2]\n')
+    assert continuum.front.cli.main(["sweep", "run", str(path), "-o", str(tmp_path), "-j", "0", "-q"]) == 0
+    assert (tmp_path / "many" / "systems.json").exists()
+    assert not list((tmp_path / "many" / "points").iterdir())
 
 
 def test_a_forked_process_solves_with_threads_of_its_own() -> None:
