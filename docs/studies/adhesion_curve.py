@@ -9,6 +9,7 @@ Lengths are in pixels, pressures in E*, areas fractions of A0.
 from __future__ import annotations
 
 import csv
+import gzip
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -47,7 +48,7 @@ from docs.studies.one_state import (
 )
 
 MEASURED = Path(__file__).parents[1] / "measured"
-FILE, POINTS = MEASURED / "adhesion-curve.csv", MEASURED / "adhesion-curve-points.csv"
+FILE, POINTS = MEASURED / "adhesion-curve.csv", MEASURED / "adhesion-curve-points.csv.gz"
 N, SEEDS, FACTORS = 256, (61, 62), (0.7, 1.5, 3.0)
 SHAPES = "spline", "exponential", "paper"
 DELTAS = 0.5, 1.5
@@ -287,7 +288,7 @@ def remade() -> None:
     """Predict all stored loops anew."""
     with FILE.open(newline="") as file:
         stored = list(csv.DictReader(file))
-    with POINTS.open(newline="") as file:
+    with gzip.open(POINTS, "rt", newline="") as file:
         loops: dict[tuple[str, ...], list[tuple[float, float, float]]] = {}
         for one in csv.DictReader(file):
             values = float(one["mean_gap"]), float(one["load"]), float(one["area_rep"])
@@ -325,7 +326,7 @@ def main() -> None:
 def add(path: Path, rows: list[dict[str, object]]) -> None:
     """Append rows to a table, with its head if it is new."""
     new = not path.exists()
-    with path.open("a", newline="") as file:
+    with gzip.open(path, "at", newline="") if path.suffix == ".gz" else path.open("a", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
         if new:
             writer.writeheader()

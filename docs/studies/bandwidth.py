@@ -18,7 +18,7 @@ from pandas import DataFrame, concat, read_csv
 from continuum.paper.points import sweep_points
 from continuum.show import plot
 from continuum.store.sweeps.collect import collect
-from docs.studies.judgement import MEASURED
+from docs.studies.tables import points_of
 
 QUANTITIES = {
     "κ_rep": "kappa_rep",
@@ -38,7 +38,7 @@ def stored(
     names: Sequence[str] = ("bandwidth", "bandwidth-256"), chosen: str = "reference and area_rep < 0.015"
 ) -> DataFrame:
     """The same of the sweeps whose points lie in docs/measured."""
-    rows = concat([read_csv(MEASURED / f"paper-{name}-points.csv") for name in names], ignore_index=True)
+    rows = concat([read_csv(points_of(name)) for name in names], ignore_index=True)
     return compared(rows.query(chosen))
 
 

@@ -16,7 +16,7 @@ from scipy.stats import spearmanr, t
 from continuum.model.walls.inverse_powers import InversePowers
 from continuum.paper.relations import largest_tension
 from continuum.theory import paper
-from docs.studies.judgement import MEASURED
+from docs.studies.tables import points_of
 
 SWEEPS = {"figure2-4096": "4096², λ_L/λ_s = 64", "figure4-1024": "1024², 16 to 128", "figure4-2048": "2048², 16"}
 MANY = ("figure4-1024", "figure4-2048")
@@ -25,7 +25,7 @@ MANY = ("figure4-1024", "figure4-2048")
 
 def points(name: str) -> DataFrame:
     """Those on approach with enough asperities."""
-    rows = read_csv(MEASURED / f"paper-{name}-points.csv")
+    rows = read_csv(points_of(name))
     return rows[rows.approach & rows.valid]
 
 

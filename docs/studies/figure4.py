@@ -11,6 +11,7 @@ from pandas import DataFrame, Series, concat, read_csv
 
 from continuum.paper.claims import stored_points
 from docs.studies.judgement import MEASURED
+from docs.studies.tables import points_of
 
 SWEEPS = {"figure4-reduced": "512²", "figure4-1024": "1024²", "figure4-2048": "2048²"}
 WEAK = 0.005
@@ -20,7 +21,7 @@ WEAK = 0.005
 @cache
 def points(name: str) -> DataFrame:
     """Points with enough asperities."""
-    rows = stored_points(MEASURED / f"paper-{name}-points.csv")
+    rows = stored_points(points_of(name))
     return rows[rows.valid].assign(width=(rows.lambda_L / rows.lambda_s).round().astype(int))
 
 

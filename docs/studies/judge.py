@@ -16,6 +16,7 @@ from continuum.paper.claims import stored_points
 from continuum.paper.figures import FIGURES
 from continuum.paper.page import page_text
 from continuum.store import output
+from docs.studies.tables import points_of
 
 _SHOWN = re.compile(r"^!\[.*\]\((paper-[\w-]+)\.png\)\n\n.*$", re.MULTILINE)
 
@@ -40,7 +41,7 @@ def judged_again(page: Path) -> str:
     sections = {
         name: captioned(section.strip(), page.parent) for name, section in zip(parts[::2], parts[1::2], strict=True)
     }
-    points = {name: stored_points(page.with_name(f"paper-{name}-points.csv")) for name in sections}
+    points = {name: stored_points(points_of(name, page.parent)) for name in sections}
     found = page_text(sections, points)
     return found.replace(title, f"{title}{''.join(said)}\n", 1) if said else found
 

@@ -15,6 +15,12 @@ from docs.studies.judgement import MEASURED
 FOLDER = MEASURED / "tables"
 
 
+def points_of(sweep: str, folder: Path = MEASURED) -> Path:
+    """Table of the points of a sweep beside a page of verdicts: the large ones are compressed, which pandas reads."""
+    plain = folder / f"paper-{sweep}-points.csv"
+    return plain if plain.exists() else plain.with_suffix(".csv.gz")
+
+
 def keep(name: str, sheet: Sheet) -> None:
     """Print a sheet and keep it, as it is printed, under the name that the page has for it."""
     with (FOLDER / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:

@@ -411,6 +411,14 @@ def test_every_picture_stands_on_a_page() -> None:
 
 
 @pytest.mark.style
+def test_pages_figures_and_data_are_small() -> None:
+    """``python -m docs.smaller`` makes figures smaller; large tables are compressed."""
+    made = {"reference", "__pycache__"}
+    files = [path for path in (ROOT / "docs").rglob("*") if path.is_file() and not made & set(path.parts)]
+    assert sum(path.stat().st_size for path in files) < 6_000_000
+
+
+@pytest.mark.style
 def test_the_page_of_all_sweeps_shows_no_quantity_more_than_twice() -> None:
     stems = re.findall(r"\]\(paper-([\w-]+)\.png\)", PAGES["docs/measured/paper.md"])
     names = [max((name for name in FIGURES if stem.endswith(f"-{name}")), key=len) for stem in stems]

@@ -28,6 +28,7 @@ from continuum.store.sweeps.listing import SweepListing
 from continuum.store.sweeps.measured import COLUMNS
 from continuum.theory import paper
 from docs.studies.judge import judged_again
+from docs.studies.tables import points_of
 from tests.printed import faults_in_print
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
@@ -257,7 +258,7 @@ def test_verdicts_of_the_measured_page_are_by_the_rules_of_today() -> None:
     """Of four sweeps, which test each claim that any sweep of the page tests."""
     text, tested = MEASURED.read_text(), set[str]()
     for name in ("figure3", "stiffness-reduced", "other-potentials-reduced", "bandwidth"):
-        points = stored_points(MEASURED.with_name(f"paper-{name}-points.csv"))
+        points = stored_points(points_of(name))
         found = page_text({name: ""}, {name: points}).partition("## Verdicts\n")[2].partition("###")[2]
         assert f"###{found}".strip() in text
         tested |= {claim.text for claim in CLAIMS if f"| {claim.text} |" in found}
