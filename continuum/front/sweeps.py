@@ -4,6 +4,7 @@ They take the folder of a sweep, or its input, and never an object of an earlier
 later, from another process or machine.
 """
 
+import io
 import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence
@@ -24,9 +25,9 @@ from continuum.solve.processes import sharing
 from continuum.store import datasets as store
 from continuum.store.datasets import Dataset
 from continuum.store.granted import granted_memory
-from continuum.store.output import LockedError, folder, save
+from continuum.store.output import LockedError, folder, remove_stale, save, whole
 from continuum.store.provenance import provenance
-from continuum.store.sheet import Sheet
+from continuum.store.sheet import write_csv
 from continuum.store.sweeps.axes import Sweep
 from continuum.store.sweeps.cluster import Allocation, slurm_script
 from continuum.store.sweeps.collect import PointTable
@@ -206,10 +207,15 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
         If there is no sweep, or the tables cannot be written: there may be a table of your own.
     """
     root = file_name("sweep", sweep)
-    place = root if output is None else file_name("output", output)
+    place = Folder(root if output is None else file_name("output", output))
+    place.require_tables_of_ours()
+    if place.root.is_dir():  # whether it can be written to is found before all files are read, which may take an hour
+        folder(place.root)
     found = continuum.store.sweeps.collect.collect(root, keep=True)
-    Folder(place).require_tables_of_ours()
-    text, cube = Folder(folder(place)).tables
+    folder(place.root)
+    for path in (*place.tables, place.crossings):
+        remove_stale(path)
+    text, cube = place.tables
     held = found.to_xarray()
     datasets = {
         str(name): Dataset(one.values, tuple(map(str, one.dims)), one.attrs["units"], one.attrs["long_name"])
@@ -217,12 +223,13 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     }
     store.write(cube, datasets, {**held.attrs, **provenance()})
     head, rows = found.rows()
-    sheet = Sheet.of(
-        found.listing.name, [f"{name} ({unit})" if unit not in ("", "1") else name for name, unit in head], rows
-    )
-    files = [save(text, sheet.csv()), cube]
+    with whole(text) as file:  # row by row: as one text it would take more memory than all else
+        lines = io.TextIOWrapper(file, encoding="utf-8", newline="")
+        write_csv(lines, [f"{name} ({unit})" if unit not in ("", "1") else name for name, unit in head], rows)
+        lines.detach()  # written, and left open
+    files = [text, cube]
     if found.crossings:
-        files.append(save(Folder(place).crossings, crossings_sheet(found.listing, found.crossings).csv()))
+        files.append(save(place.crossings, crossings_sheet(found.listing, found.crossings).csv()))
     return replace(found, files=tuple(files))
 
 

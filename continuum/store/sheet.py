@@ -10,7 +10,7 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
-from typing import Self
+from typing import Self, TextIO
 
 Entry = str | float | int | None
 """Contents of a cell; None for an empty one."""
@@ -175,11 +175,9 @@ class Sheet:
         return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
     def csv(self) -> str:
-        """Comma-separated values with all digits; text that spreadsheets would take for formulas begins with ``'``."""
+        """The text that :func:`write_csv` writes."""
         out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(map(_inert, self.head))
-        writer.writerows(["" if cell is None else _inert(cell) for cell in row] for row in self.rows)
+        write_csv(out, self.head, self.rows)
         return out.getvalue()
 
     def beginning(self) -> Self:
@@ -193,6 +191,13 @@ class Sheet:
     def _repr_html_(self) -> str:
         note = f"<p>{html.escape(self.note)}</p>" if self.note else ""
         return f"<b>{html.escape(self.title)}</b>{self.html()}{note}"
+
+
+def write_csv(out: TextIO, head: Iterable[str], rows: Iterable[Iterable[Entry]]) -> None:
+    """Write comma-separated values with all digits; text that spreadsheets take for formulas begins with ``'``."""
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(map(_inert, head))
+    writer.writerows(["" if cell is None else _inert(cell) for cell in row] for row in rows)
 
 
 def _wrapped(text: str, width: int) -> list[str]:

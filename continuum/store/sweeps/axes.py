@@ -179,7 +179,7 @@ def _overlap(one: str, other: str) -> bool:
     return one != other and (f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}."))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class System:
     """One system of a sweep."""
 

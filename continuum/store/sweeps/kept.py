@@ -14,6 +14,7 @@ from continuum.inputs.errors import OutputError
 from continuum.store import datasets as store
 from continuum.store.datasets import Dataset
 from continuum.store.hdf5 import StoreError, understood
+from continuum.store.output import remove_stale
 from continuum.store.sweeps.measured import COLUMNS, SystemTable
 
 _SCHEMA, _VERSION = "stickiness/sweep-kept", 1
@@ -56,7 +57,8 @@ def keep_tables(path: Path, found: Mapping[str, tuple[Stamp, SystemTable]]) -> N
         return
     stamps, tables = zip(*found.values(), strict=True)
     system = ("system",)
-    with suppress(OutputError):
+    with suppress(OutputError, OSError):
+        remove_stale(path)
         store.write(
             path,
             {

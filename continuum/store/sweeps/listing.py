@@ -76,10 +76,10 @@ def _listing(data: dict[str, Any]) -> SweepListing:
     if any(len(place) != len(axis.keys) for axis in axes for place in axis.values):
         raise ValueError("an axis has not a value for each of its keys")
     keys = [key for axis in axes for key in axis.keys]
-    systems = tuple(
-        System(_identity(key), dict(zip(keys, values, strict=True)), _number(cost), _number(memory))
-        for key, values, cost, memory in data["systems"]
-    )
+    systems, rows = list[System](), list(reversed(data.pop("systems")))
+    while rows:  # a row is dropped when it is read: those of a million systems take 400 MB
+        key, values, cost, memory = rows.pop()
+        systems.append(System(_identity(key), dict(zip(keys, values, strict=True)), _number(cost), _number(memory)))
     columns = tuple(
         OwnColumn(_text(one["name"]), _text(one["origin"]), _identity(one["digest"])) for one in data.get("columns", ())
     )
@@ -95,7 +95,9 @@ def _listing(data: dict[str, Any]) -> SweepListing:
     if not isinstance(data["common"], dict):
         raise TypeError("common is no table")
     made_of = _text(data.get("made_of", ""))
-    return SweepListing(_text(data["name"]), axes, data["common"], systems, search, columns=columns, made_of=made_of)
+    return SweepListing(
+        _text(data["name"]), axes, data["common"], tuple(systems), search, columns=columns, made_of=made_of
+    )
 
 
 def _bisection(data: dict[str, Any], columns: tuple[OwnColumn, ...]) -> Bisection:

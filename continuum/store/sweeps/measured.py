@@ -46,7 +46,7 @@ MEASURED_TABLE = "measured"
 """Dataset of the table of a system."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class SystemTable:
     """The table of a system, with its time and version."""
 
