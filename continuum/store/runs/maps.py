@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from continuum.store import datasets as store
 from continuum.store.hdf5 import member, opened, understood
 from continuum.store.labelled import lazily, variable
-from continuum.store.runs.record import FLAGS, MAPS, Point
+from continuum.store.runs.record import FLAGS, MAPS, XARRAY_NAMES, Point
 
 
 def dataset_of(path: Path, points: Sequence[Point], attributes: Mapping[str, Any]) -> xarray.Dataset:
     """The points, maps and fields of a run, with the axes step, x and y."""
     held = store.columns(points, "step") if points else {}
-    found = {name: variable(each, FLAGS, name) for name, each in held.items()}
+    found = {XARRAY_NAMES.get(name, name): variable(each, FLAGS, name) for name, each in held.items()}
     found |= maps_of(np.array(path, dtype=object), (), len(points), complete=True)
     found["step"] = xarray.Variable(("step",), np.arange(len(points)), {"long_name": "point of the path"})
     said = {name: value for name, value in attributes.items() if "/" not in name}

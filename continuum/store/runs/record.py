@@ -51,6 +51,8 @@ FLAGS = {
     "status": tuple(_ENDS),
 }
 """Words in datasets of points, in the order of their CF flags; new words are appended."""
+XARRAY_NAMES = {"load": "load_net"}
+"""Columns whose names are methods of a dataset of xarray, with the names of its variables."""
 
 
 class StoredMap(NamedTuple):

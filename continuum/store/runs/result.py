@@ -270,7 +270,10 @@ class Result(Shown):
         return frame_of(self.points, Point)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The run with axes (step, x, y), contact maps as booleans, and words as CF flags; maps are read when used."""
+        """The run with axes (step, x, y), contact maps as booleans, and words as CF flags; maps are read when used.
+
+        ``load`` is called ``load_net``, as each dataset has a method ``load``.
+        """
         from continuum.store.runs.maps import dataset_of  # xarray takes a while to import
 
         return dataset_of(self.path, self.points, self.attributes)

@@ -111,6 +111,8 @@ class PointTable(Shown):
 
     def _with_tables(self, settings: Mapping[str, Any]) -> Mapping[str, Any]:
         """Settings; the keys of whole tables on an axis replace the common ones."""
+        if not any(isinstance(values, Mapping) for values in settings.values()):
+            return settings
         found = dict(settings)
         for table, values in settings.items():
             if isinstance(values, Mapping):
@@ -175,7 +177,10 @@ class PointTable(Shown):
         return means.join(errors).reset_index()
 
     def to_xarray(self) -> xarray.Dataset:
-        """All points with one dimension for each axis of the input, and ``step``, as in ``table.h5``."""
+        """All points with one dimension for each axis of the input, and ``step``, as in ``table.h5``.
+
+        ``load`` is called ``load_net``, as each dataset has a method ``load``.
+        """
         from continuum.store.sweeps.cube import cube_of  # xarray takes a while to import
 
         columns = {name: self[name] for name in self.columns}
@@ -198,8 +203,8 @@ class PointTable(Shown):
         axes = [key for axis in self.listing.axes for key in axis.keys]
         head = [("system", ""), *((name, "") for name in axes), *((n, unit) for n, (unit, _) in self.columns.items())]
         values = np.column_stack([self.values, *self.own.values()])
-        each = zip((self.keys[index] for index in self.system), values.tolist(), strict=True)
-        return head, ([key, *(as_cell(self.setting(key, name)) for name in axes), *numbers] for key, numbers in each)
+        each = zip((self.keys[index] for index in self.system), values, strict=True)
+        return head, ([key, *(as_cell(self.setting(key, name)) for name in axes), *row.tolist()] for key, row in each)
 
 
 def collect(root: str | Path, *, keep: bool = False) -> PointTable:
@@ -221,7 +226,7 @@ def collect(root: str | Path, *, keep: bool = False) -> PointTable:
             stamp = Stamp.of(folder.point(key))
             known = before[key][1] if key in before and before[key][0] == stamp else None
             found[key] = with_columns(folder, key, listing.columns, known)
-            read[key] = stamp, known or replace(found[key], own={})
+            read[key] = stamp, known or (replace(found[key], own={}) if found[key].own else found[key])
         except (StoreError, OSError) as error:
             faults.append(str(error))
     if keep and read != before:

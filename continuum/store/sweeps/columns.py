@@ -34,6 +34,7 @@ from continuum.inputs.toml import ConfigError, Source, slip
 from continuum.model.fourier import Real
 from continuum.store import output
 from continuum.store.hdf5 import StoreError
+from continuum.store.runs.record import XARRAY_NAMES
 from continuum.store.runs.result import Result
 from continuum.store.sweeps.folder import Folder
 from continuum.store.sweeps.measured import COLUMNS
@@ -46,7 +47,7 @@ OF_PYTHON = "a function of Python"
 """What an input says of a column whose function was given in Python."""
 _ALLOWED = 'a Python file, beside the input, as "mine.py" with a function of that name, or "mine.py:function"'
 _FILE = re.compile(r"(.+\.py)(?::\s*(\w+))?")
-_TAKEN = {*COLUMNS, "system", "count", "search", "trial"}
+_TAKEN = {*COLUMNS, *XARRAY_NAMES.values(), "system", "count", "search", "trial"}
 """Columns of the tables, and what else has a name there."""
 
 
@@ -132,9 +133,12 @@ def functions_by_name(columns: Any) -> dict[str, ColumnFunction]:
 
 def name_faults(name: str, on_axes: Sequence[str]) -> Iterator[Fault]:
     """Faults of the name of a column."""
+    from xarray import Dataset  # takes a while to import
+
     taken = name in _TAKEN or name in on_axes or name.startswith(("inverse_", "crossing")) or name.endswith("_error")
-    if taken or not name.isidentifier():
+    if taken or hasattr(Dataset, name) or not name.isidentifier():
         cause = "the table has a column of this name, or makes one" if taken else ""
+        cause = f"{name} is a method of xarray's datasets" if hasattr(Dataset, name) else cause
         yield Fault(("columns", name), "a name of letters, digits and _ that the table does not have yet", cause)
 
 

@@ -9,6 +9,7 @@ import xarray
 from numpy.typing import NDArray
 
 from continuum.path.crossing import Bracket
+from continuum.store.runs.record import XARRAY_NAMES
 from continuum.store.sweeps.axes import as_cell, places_on
 from continuum.store.sweeps.bisection import Bisection
 from continuum.store.sweeps.crossings import Crossing
@@ -64,7 +65,7 @@ def cube_of(
     where = [(*places[keys[i]], step) for i, step in zip(system, steps, strict=True)]
     parts.append(_spread(lengths, where, {name: held for name, held in columns.items() if name != "step"}, about))
     coordinates["step"] = "step", np.arange(lengths["step"]), _said("1", about["step"][1])
-    return xarray.merge(parts, join="outer").assign_coords(coordinates)
+    return xarray.merge(parts, join="outer").assign_coords(coordinates).rename(XARRAY_NAMES)
 
 
 def _crossings(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +57,8 @@ def sweep_maps(sweep: str | Path, where: Mapping[str, Any] | None = None) -> xar
     done = {each.key: path for each in chosen if (path := folder.point(each.key)).stem in there}
     if not done:
         raise SweepError(f"{folder.root}: no such system is done")
-    dims, lengths, places, coordinates = _axes(listing, chosen, _short(keys))
+    short = _short(keys, {*MAPS, "step", "x", "y", "system", *dir(xarray.Dataset)})
+    dims, lengths, places, coordinates = _axes(listing, chosen, short)
     paths = np.full(lengths, None, dtype=object)
     for key, path in done.items():
         paths[places[key]] = path
@@ -84,10 +85,9 @@ def _chosen(listing: SweepListing, where: dict[str, Any], keys: Sequence[str]) -
     return found
 
 
-def _short(keys: Sequence[str]) -> dict[str, str]:
-    """The last part of each key, or the whole one where another, or a variable, has the same."""
+def _short(keys: Sequence[str], taken: Container[str]) -> dict[str, str]:
+    """The last part of each key, or the whole one where another, a variable, or a method of a dataset has the same."""
     last = [key.rpartition(".")[2] for key in keys]
-    taken = {*MAPS, "step", "x", "y", "system"}
     return {key: one if last.count(one) == 1 and one not in taken else key for key, one in zip(keys, last, strict=True)}
 
 

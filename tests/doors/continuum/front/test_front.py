@@ -194,8 +194,9 @@ def test_commands_as_functions(tmp_path: Path, drawn: dict[str, Figure]) -> None
         data.to_netcdf(tmp_path / f"{engine}.nc", engine=engine)
         with xarray.open_dataset(tmp_path / f"{engine}.nc", engine=engine) as stored:
             xarray.testing.assert_equal(stored, data)
-    # Of all names only this one is a method of a dataset: data["load"] is the column.
-    assert set(map(str, data.variables)) & set(dir(xarray.Dataset)) == {"load"}
+    # No name is that of a method, so that each is an attribute as well.
+    assert not set(map(str, data.variables)) & set(dir(xarray.Dataset))
+    assert data.load_net.values.tolist() == [point.load for point in result.points]
     assert data["gap"].dims == data["repulsive"].dims == ("step", "x", "y")
     assert data["repulsive"].dtype == bool
     for step in range(5):

@@ -80,7 +80,7 @@ def test_a_run_of_an_earlier_version_is_this_one_and_grows(old: Path, tmp_path: 
     assert c.run(tmp_path / "run.toml", path, warn=said.extend).resumed == 2
     assert path.read_bytes() == point.read_bytes()
     assert "held until" in said[0]
-    assert Result.read(path).to_xarray()["load"].size == 2
+    assert Result.read(path).to_xarray()["load_net"].size == 2
     longer = {"loading.targets": [0.05, 0.2, 0.3]}
     grown = c.run(tmp_path / "run.toml", path, settings=longer)
     assert grown.resumed == 2

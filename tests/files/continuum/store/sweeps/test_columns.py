@@ -112,7 +112,7 @@ def test_columns_of_a_file_stand_in_every_table(finished: Path, tmp_path: Path) 
     assert frame["name_of_the_surface"].tolist() == [3, 3, 4, 4]
     assert means["name_of_the_surface"].tolist() == [3.5, 3.5]
     assert means["doubled_error"].tolist() == pytest.approx(2 * means["load_error"])
-    assert cube["doubled"].dims == cube["load"].dims
+    assert cube["doubled"].dims == cube["load_net"].dims
     digest = hashlib.sha256(f"apart\n{MINE}".encode()).hexdigest()[:12]
     assert cube["closest"].attrs["long_name"].endswith(f"mine.py:apart ({digest})")
     header, first = (tmp_path / "table.csv").read_text().splitlines()[:2]
@@ -209,7 +209,8 @@ WRONG = [
     ('half = "mine.py"', "def half(:\n", "SyntaxError"),
     ('double = "mine.py"', MINE, "has no function double; did you mean doubled?"),
     ('SCALE = "mine.py"', MINE, "has no function SCALE"),
-    ('load = "mine.py:doubled"', MINE, "the table has a column of this name"),
+    ('load = "mine.py:doubled"', MINE, "load is a method of xarray's datasets"),
+    ('area_rep = "mine.py:doubled"', MINE, "the table has a column of this name"),
     ('load_error = "mine.py:doubled"', MINE, "the table has a column of this name, or makes one"),
     ('"no name" = "mine.py:doubled"', MINE, "a name of letters, digits and _"),
     ('half = "a function of Python"', MINE, "its function was given in Python"),

@@ -93,7 +93,7 @@ def test_a_search_finds_the_threshold_that_one_solve_finds(tmp_path: Path) -> No
     assert (found.found, found.label) == (True, "the one system")
     with xarray.open_dataset(table.files[1], engine="h5netcdf") as cube:  # without another axis
         assert cube["crossing"].values.tolist() == [found.value]
-        assert cube["load"].dims == ("search", "trial", "step")
+        assert cube["load_net"].dims == ("search", "trial", "step")
     assert found.bracket.at_lower > 0 > found.bracket.at_upper
     (tmp_path / "one.toml").write_text(text)
     found_at_once = c.threshold(tmp_path / "one.toml", tmp_path, area=[0.05], width=0.05).points[0]
@@ -162,11 +162,11 @@ def test_what_was_found_stands_in_tables_that_xarray_and_people_read(
         crossing = np.interp(0.005, -column, np.log(tried))
         assert np.exp(crossing) == pytest.approx(one.value, rel=1e-12)
     with xarray.open_dataset(root / "table.h5", engine="h5netcdf") as cube:
-        assert cube["load"].dims == ("surface.seed", "surface.hurst", "trial", "step")
+        assert cube["load_net"].dims == ("surface.seed", "surface.hurst", "trial", "step")
         assert cube[KEY].dims == ("surface.seed", "surface.hurst", "trial")
         assert cube["crossing"].sel({"surface.seed": 4}).item() == table.crossings[1].value
-        assert not np.isnan(cube["load"]).any()
-        lower = cube[KEY].where(cube["load"].isel(step=0) > -0.005).max("trial")
+        assert not np.isnan(cube["load_net"]).any()
+        lower = cube[KEY].where(cube["load_net"].isel(step=0) > -0.005).max("trial")
         np.testing.assert_array_equal(lower, cube["crossing_lower"])
     rows = (root / "crossings.csv").read_text().splitlines()
     assert rows[0].startswith(f"search,surface.seed,surface.hurst,surface.rms_slope,{KEY},lower,upper,load at lower")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
 import xarray
 from hypothesis import given
@@ -19,6 +20,7 @@ import continuum as c
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.reading import source_of
 from continuum.store import labelled
+from continuum.store.runs.record import XARRAY_NAMES
 from continuum.store.sweeps import crossings
 from continuum.store.sweeps.collect import PointTable
 
@@ -111,7 +113,7 @@ def test_pandas_and_xarray_have_what_the_files_have(table: PointTable, done: Any
         values = dict(zip(frame.columns, row, strict=True))
         place = {name: values[name] for name in (*AXES, "step")}
         for name in ("load", "area_rep", "kappa_rep"):
-            np.testing.assert_equal(cube[name].sel(place).item(), values[name])
+            np.testing.assert_equal(cube[XARRAY_NAMES.get(name, name)].sel(place).item(), values[name])
         assert values["inverse_kappa"] * values["kappa"] == pytest.approx(1)
     # What a sweep returns has them, too.
     assert done.to_pandas().equals(frame)
@@ -120,6 +122,14 @@ def test_pandas_and_xarray_have_what_the_files_have(table: PointTable, done: Any
     with xarray.open_dataset(tmp_path / "table.h5", engine="h5netcdf") as stored:
         xarray.testing.assert_equal(cube, stored)
         assert cube.attrs.items() <= stored.attrs.items()
+    # Each column is an attribute of either, as both packages document it.
+    assert {XARRAY_NAMES.get(name, name) for name in table.columns} <= set(map(str, cube.variables))
+    for name in map(str, cube.data_vars):
+        assert getattr(cube, name).identical(cube[name])
+        assert not hasattr(xarray.Dataset, name)
+    for name in table.columns:
+        assert getattr(frame, name).equals(frame[name])
+        assert not hasattr(pandas.DataFrame, name)
 
 
 def test_maps_of_all_systems_are_read_where_they_are_used(

@@ -249,8 +249,8 @@ def test_a_sweep_of_one_system_without_axes_is_collected(tmp_path: Path, capsys:
     assert main(["sweep", "run", str(path), "-o", str(tmp_path), "-q"]) == 0
     assert main(["sweep", "collect", str(tmp_path / "many")]) == 0
     with xarray.open_dataset(tmp_path / "many" / "table.h5", engine="h5netcdf") as table:
-        assert table["load"].dims == ("step",)
-        assert not np.isnan(table["load"]).any()
+        assert table["load_net"].dims == ("step",)
+        assert not np.isnan(table["load_net"]).any()
     (system,) = systems_of(tmp_path / "many").systems
     assert system.label == "the one system"
 
@@ -387,8 +387,8 @@ def test_a_table_has_every_point_and_xarray_sees_the_axes(undisturbed: Path, tmp
     with xarray.open_dataset(root / "table.h5", engine="h5netcdf") as cube:
         assert cube["kappa_rep"].dims == ("surface.seed", "wall.adhesion_length", "step")
         run = continuum.Result.read(root / "points" / f"{table.keys[1][:24]}.h5")
-        assert cube["load"].sel({"surface.seed": 1, "wall.adhesion_length": 0.005, "step": 1}) == run.points[1].load
-        assert cube["load"].attrs["units"] == "E*"
+        assert cube["load_net"].sel({"surface.seed": 1, "wall.adhesion_length": 0.005, "step": 1}) == run.points[1].load
+        assert cube["load_net"].attrs["units"] == "E*"
         # A point of the table is what an analysis of the run measures.
         number = continuum.analyse(run.path).points[1].numbers
         assert float(cube["diameter"].values[0, 1, 1]) == number.diameter
