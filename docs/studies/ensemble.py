@@ -104,8 +104,13 @@ def states(crystal: str, family: Family) -> list[Row]:
 
 
 def run(family: Family, crystals: Sequence[str]) -> None:
-    """Write the file, with one family of some crystals anew."""
-    kept = [row for row in ensemble.rows() if row.seed not in family.seeds or row.crystal not in crystals]
+    """Write the file, with one family of some crystals anew; its cases of other adhesion lengths are kept."""
+    lengths = [length for length, *_ in family.cases]
+
+    def again(row: Row) -> bool:
+        return row.seed in family.seeds and row.crystal in crystals and row.adhesion_length in lengths
+
+    kept = [row for row in ensemble.rows() if not again(row)]
     new = [states(crystal, family) for crystal in crystals]
     found = sorted((*kept, *itertools.chain(*new)), key=lambda row: row.seed in DEEP.seeds + DEEP_CRYSTALS.seeds)
     with FILE.open("w", encoding="utf-8", newline="") as file:
@@ -158,10 +163,13 @@ def main() -> None:
     parser.add_argument(
         "--crystals", nargs="+", choices=(*POTENTIALS, LENNARD_JONES), help="run the surfaces on deep slabs of these"
     )
+    parser.add_argument("--adhesion-length", type=float, help="of these, the states of this adhesion length only")
     given = parser.parse_args()
     if given.judge is None:
         if given.crystals:
-            run(DEEP_CRYSTALS, given.crystals)
+            length = given.adhesion_length
+            cases = tuple(case for case in DEEP_CRYSTALS.cases if length in (None, case[0]))
+            run(DEEP_CRYSTALS._replace(cases=cases), given.crystals)
         elif given.deep:
             run(DEEP, (ensemble.SPRINGS,))
         else:
