@@ -62,12 +62,12 @@ class Validation:
 
     @property
     def sentence(self) -> str:
-        """The verdict in words: how many bounds hold, for which quantities, and the worst state of the others."""
+        """The verdict in words: what was judged, what was not and why, how many bounds hold, and those that fail."""
         from atomistic.show.validation import sentence_of
 
         failed = [verdict for verdict in self.verdicts if not verdict.holds]
         where = "; ".join(v.told for v in failed)
-        return sentence_of(self.verdicts) + (f": {where}" if failed else "")
+        return sentence_of(self.config, self.verdicts) + (f": {where}" if failed else "")
 
     def statements(self) -> list[str]:
         """The answer in at most eight lines: verdict, worst states, error of the half-space, what was looked at.
@@ -76,7 +76,7 @@ class Validation:
         """
         from atomistic.show.validation import validation_statements
 
-        return validation_statements(self.stored, self.verdicts)
+        return validation_statements(self.config, self.stored, self.verdicts)
 
     def write(self) -> list[Path]:
         """Draw the figures and write the page, beside the file; returns the page and the PNG files."""

@@ -27,6 +27,7 @@ from continuum.store.sheet import Column, Entry, Sheet, pairs
 LABELS = WORDS | {"half-space": "half-space, ν = 1/2", "layer": "layer, ν = 1/2", "atoms": "atoms (LAMMPS)"}
 _CHECKED = {"long waves": ("half-space", "crystal"), "law in LAMMPS": ("law",)}
 """Checks that need no other run, as the answer names them."""
+_TOTAL_FIRST = ("total", *(step for step in STEPS if step != "total"))
 _FAILED = 4
 """Failed bounds that the answer names."""
 _UNFELT = 1e-3
@@ -38,10 +39,10 @@ _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 """Style and width of the lines of the continuum rungs: the first lies below the second, which it nearly equals."""
 
 
-def validation_statements(stored: Archive, verdicts: Sequence[BoundVerdict]) -> list[str]:
+def validation_statements(config: ValidateConfig, stored: Archive, verdicts: Sequence[BoundVerdict]) -> list[str]:
     """The answer in at most eight lines: what was judged, the worst states, what the half-space is right to."""
     failed = [verdict for verdict in verdicts if not verdict.holds]
-    found = [sentence_of(verdicts)]
+    found = [sentence_of(config, verdicts)]
     if failed:
         found += [f"FAILS: {verdict.told}" for verdict in failed[:_FAILED]]
         found += [f"and {len(failed) - _FAILED} more, in the tables"] if len(failed) > _FAILED else []
@@ -58,33 +59,53 @@ def validation_statements(stored: Archive, verdicts: Sequence[BoundVerdict]) -> 
     ]
 
 
-def sentence_of(verdicts: Sequence[BoundVerdict]) -> str:
-    """Each step of the ladder, the total first: its largest load and what is allowed; and how many bounds hold."""
+def sentence_of(config: ValidateConfig, verdicts: Sequence[BoundVerdict]) -> str:
+    """Each step of the ladder, the total first: its largest load and what is allowed; what was not judged, and why."""
 
     def percent(value: float) -> str:
         return f"{100 * value:.2g} %"
 
     said, missing = list[str](), list[str]()
-    for step in ("total", *(step for step in STEPS if step != "total")):
-        of = [v for v in verdicts if v.step == step and v.quantity.startswith(("load", "gross load"))]
-        if not of:
-            missing.append(step)
-            continue
+    for step in _TOTAL_FIRST:
         # One that fails before all that hold.
-        worst = max(of, key=lambda one: (not one.holds, _size(one)))
-        words = f"{percent(worst.measured * worst.scale)} of {percent(worst.limit * worst.scale)}"
-        said.append(f"half-space against atoms: {words} allowed" if step == "total" else f"{step} {words}")
+        if of := _of_load(verdicts, step):
+            worst = max(of, key=lambda one: (not one.holds, _size(one)))
+            words = f"{percent(worst.measured * worst.scale)} of {percent(worst.limit * worst.scale)}"
+            said.append(f"half-space against atoms: {words} allowed" if step == "total" else f"{step} {words}")
     for name, steps in _CHECKED.items():
         if of := [v for v in verdicts if v.step in steps]:
             worst = max(of, key=_nearness)
             said.append(f"{name} {worst.measured:.1g} of {worst.limit:.1g}")
         else:
             missing.append(name)
-    if missing:
-        said.append(f"not judged: {', '.join(missing)}".replace("total", "half-space against atoms"))
+    if unjudged := "; ".join((*_unjudged(config, verdicts), *missing)):
+        said.append(f"not judged: {unjudged}")
     holding = sum(verdict.holds for verdict in verdicts)
     fails = f", {len(verdicts) - holding} FAIL" if holding < len(verdicts) else ""
     return f"{'; '.join(said)}; {holding} of {len(verdicts)} bounds hold{fails}"
+
+
+def _of_load(verdicts: Sequence[BoundVerdict], step: StepName, case: str | None = None) -> list[BoundVerdict]:
+    """The bounds on the load of a step, of one case or of all."""
+    return [
+        verdict
+        for verdict in verdicts
+        if verdict.step == step and case in (None, verdict.case) and verdict.quantity.startswith(("load", "gross load"))
+    ]
+
+
+def _unjudged(config: ValidateConfig, verdicts: Sequence[BoundVerdict]) -> list[str]:
+    """The steps whose load has no bound, and the cases in which they have none, with the reason of each."""
+    alike: dict[tuple[StepName, ...], list[str]] = {}
+    for case in config.case:
+        steps = tuple(step for step in _TOTAL_FIRST if not _of_load(verdicts, step, case.name))
+        reason = f" (outside the ensemble: {said})" if (said := untested(config, case)) else ""
+        alike.setdefault(steps, []).append(case.name + reason)
+    return [
+        f"{', '.join(steps).replace('total', 'half-space against atoms')} in {', '.join(cases)}"
+        for steps, cases in alike.items()
+        if steps
+    ]
 
 
 def _size(verdict: BoundVerdict) -> float:
@@ -247,7 +268,7 @@ def _jumps(archive: Archive) -> list[Sheet]:
 
 def _tolerances(config: ValidateConfig, verdicts: Sequence[BoundVerdict]) -> Sheet:
     notes = [
-        f"{case.name}: the ensemble bounds none of its steps.  Not tested there: {said}."
+        f"{case.name} is outside the ensemble, which has no bound for it: {said}."
         for case in config.case
         if (said := untested(config, case))
     ]

@@ -422,7 +422,7 @@ def test_the_answer_names_the_worst_states_in_at_most_ten_lines(
 ) -> None:
     verdicts = list(budget.bound_verdicts(config, columns))
     stored = archive.Archive(columns, {})
-    good = validation_statements(stored, verdicts)
+    good = validation_statements(config, stored, verdicts)
     assert good[0].endswith(f"{len(verdicts)} of {len(verdicts)} bounds hold")
     # The first line names what was judged, with the worst load and what is allowed, and what was not.
     (load,) = (verdict for verdict in verdicts if (verdict.case, verdict.quantity) == ("sticky", "gross load"))
@@ -439,14 +439,26 @@ def test_the_answer_names_the_worst_states_in_at_most_ten_lines(
     assert f"{columns['evaluations'].size} equilibria" in good[3]
     # A file of an earlier version has no checks.
     older = {name: values for name, values in columns.items() if not name.startswith("check_")}
-    assert (
-        "discreteness, long waves, law in LAMMPS;"
-        in validation_statements(stored, list(budget.bound_verdicts(config, older)))[0]
-    )
-    bad = validation_statements(stored, [replace(verdict, measured=np.nan) for verdict in verdicts])
+    first = validation_statements(config, stored, list(budget.bound_verdicts(config, older)))[0]
+    assert "; long waves; law in LAMMPS; " in first.partition("not judged")[2]
+    bad = validation_statements(config, stored, [replace(verdict, measured=np.nan) for verdict in verdicts])
     assert bad[0].endswith(f"0 of {len(verdicts)} bounds hold, {len(verdicts)} FAIL")
     assert all(one.startswith("FAILS: ") and "where" in one for one in bad[1:3])
     assert len(good) <= len(bad) <= 8  # and two with the files
+
+
+def test_a_case_without_a_bound_is_named_beside_those_that_have_one(
+    config: ValidateConfig, columns: dict[str, np.ndarray]
+) -> None:
+    """No case passes in silence, because a step of another case holds."""
+    verdicts = list(budget.bound_verdicts(config, columns))
+    total = budget.BoundVerdict("plain", "total", "gross load", "0.09", 0.02, 0.09, 4, "of other surfaces")
+    first = validation_statements(config, archive.Archive(columns, {}), [*verdicts, total])[0]
+    assert "half-space against atoms: 2 % of 9 % allowed" in first
+    missing = first.partition("not judged: ")[2]
+    assert missing.startswith("depth, anisotropy, discreteness in plain (outside the ensemble: ")
+    assert "half-space against atoms, depth, anisotropy, discreteness in sticky (outside the ensemble: " in missing
+    assert missing.count("depth/λ_s is 2 or 4, here 1") == 2
 
 
 def test_a_depth_that_no_wave_feels_is_no_column_of_the_budget(
