@@ -11,14 +11,16 @@ from importlib import resources
 
 import numpy as np
 
-from atomistic.crystal.crystal import Slab
+from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.faces import PIECE, cell_of
 from atomistic.inputs.deck import DeckConfig
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder.comparison import paths_of
+from atomistic.lammps.law import felt, law_of_atoms
 from atomistic.lammps.shape import has_formula
 from atomistic.relax.specimen import BYTES, BYTES_PER_ATOM
 from continuum.model.grid import Grid
+from continuum.model.walls import Exponential, LennardJonesSpline
 
 _SEEN = tomllib.loads(resources.files("atomistic.ladder").joinpath("cost.toml").read_text(encoding="utf-8"))
 
@@ -85,6 +87,23 @@ def cost_of_validation(config: ValidateConfig) -> AtomsCost:
     return AtomsCost(atoms, states, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))
 
 
+def reached(config: DeckConfig, atoms: int) -> int:
+    """Number of atoms, of all, that the law of a deck reaches in contact: the uppermost layers, more for 9-3."""
+    surface, law = config.grid.shape[0] * config.grid.shape[1], law_of_atoms(config.wall, LAYER_SPACING)
+    return round(min(atoms, surface * (1 + (felt(law) - law.zero_gap) // LAYER_SPACING)))
+
+
+def _of_wall(config: DeckConfig, atoms: int) -> float:
+    """Core-seconds of the wall in each evaluation of the forces."""
+    if config.wall_force != "formulas":
+        return float(_SEEN[config.wall_force] * config.grid.shape[0] * config.grid.shape[1])
+    each = _SEEN["formula"]
+    if config.follows == "atom":
+        each += _SEEN["following" if has_formula(config.surface) else "map"]
+    in_pieces = type(law_of_atoms(config.wall, LAYER_SPACING)) not in (LennardJonesSpline, Exponential)
+    return float(each * reached(config, atoms) + in_pieces * _SEEN["pieces"])
+
+
 def cost_of_deck(config: DeckConfig) -> AtomsCost:
     """Cost of running the deck of ``atomistic deck`` in LAMMPS."""
     seen = _SEEN[config.interatomic.kind]
@@ -99,12 +118,5 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
         count = len(steps.values)
         tried = count * (_SEEN["to_a_pressure"] if steps.control == "mean-pressure" else 1)
         evaluations = round(tried * _SEEN["per_side"] * max(*points, config.slab.depth))
-    wall = _SEEN["table" if config.wall.kind_name == "table" else "formula"]
-    if config.follows == "atom":
-        wall += _SEEN["following" if has_formula(config.surface) else "map"]
-    if config.wall_force != "formulas":
-        wall = _SEEN[config.wall_force]
-    seconds = (
-        evaluations * (seen["evaluation"] * atoms + wall * points[0] * points[1]) + (1 + tried / 4) * _SEEN["start"]
-    )
+    seconds = evaluations * (seen["evaluation"] * atoms + _of_wall(config, atoms)) + (1 + tried / 4) * _SEEN["start"]
     return AtomsCost(atoms, count, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))

@@ -14,8 +14,9 @@ from atomistic.inputs.deck import DeckConfig
 from atomistic.inputs.motion import ProtocolTable
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import cost as costs
-from atomistic.ladder.cost import _SEEN, cost_of_deck, cost_of_validation
+from atomistic.ladder.cost import _SEEN, cost_of_deck, cost_of_validation, reached
 from continuum.inputs.reading import load
+from continuum.model.walls import InversePowers, LennardJonesSpline, Wall
 
 DECKS = sorted(Path("inputs/lammps").glob("*.toml"))
 QUICK = ("rough", "cylinder", "staircase", "punch")
@@ -49,6 +50,28 @@ def test_the_cost_of_a_deck_is_what_its_input_says_that_it_took(path: Path) -> N
     assert within(cost.atoms, atoms, 1.1)
     assert within(cost.evaluations, evaluations)
     assert within(cost.seconds, seconds)
+
+
+LAYERS = {
+    # The spline ends 0.35, 0.69 and 1.10 a0 beyond its gap without traction, layers are 0.71 a0 apart.
+    "short spline": (LennardJonesSpline(adhesion_length=0.005), 1),
+    "spline that just does not reach the second layer": (LennardJonesSpline(adhesion_length=0.02), 1),
+    "spline that does": (LennardJonesSpline(adhesion_length=0.05), 2),
+    "9-3, to 10 a0": (InversePowers((9, 3), 0.02), 15),
+}
+
+
+@pytest.mark.parametrize(("wall", "layers"), LAYERS.values(), ids=LAYERS)
+def test_the_estimate_counts_the_layers_that_the_law_reaches(wall: Wall, layers: int) -> None:
+    config = load(Path("inputs/lammps/cylinder.toml"), DeckConfig).model_copy(update={"wall": wall})
+    surface, cost = config.grid.shape[0] * config.grid.shape[1], cost_of_deck(config)
+    assert reached(config, cost.atoms) == layers * surface
+    # Of a thin slab all atoms.
+    assert reached(config, surface // 2) == surface // 2
+    without = cost_of_deck(config.model_copy(update={"wall_force": "plugin"}))
+    in_pieces = layers > 1
+    each = _SEEN["formula"] * layers * surface + in_pieces * _SEEN["pieces"]
+    assert cost.seconds - without.seconds == pytest.approx(cost.evaluations * each, rel=1e-9)
 
 
 def test_a_large_deck_tells_its_cost_first_and_its_progress(
