@@ -15,7 +15,7 @@ from continuum.model.walls.spline import AdhesionLength
 _Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
 
 Compared = Literal["load", "gross_load", "displacement", "area_rep", "area_att"]
-Step = Literal["depth", "anisotropy", "discreteness", "nonlinearity", "total"]
+Step = Literal["depth", "anisotropy", "discreteness", "layers", "nonlinearity", "total"]
 
 
 class SurfacesTable(SelfAffineSpectrum):
@@ -31,8 +31,8 @@ class BoundTable(Table):
     newer: ClassVar[frozenset[str]] = frozenset({"step"})
 
     step: Step = "nonlinearity"
-    """step of the ladder that is bounded: "nonlinearity" is lattice response against atoms, "total" half-space against
-    atoms"""
+    """step of the ladder that is bounded: "nonlinearity" is lattice response against atoms, "layers" the law at the
+    surface against its parts on every layer that it reaches, "total" half-space against atoms"""
     quantity: Compared
     """difference that is bounded: "load" relative to N_rep, "gross_load" relative to N_rep + N_att, "displacement"
     (largest, in a0), areas relative to A0"""

@@ -14,7 +14,7 @@ import numpy as np
 
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder.checks import LadderCheck
-from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, ValidatedState
+from atomistic.ladder.comparison import GEOMETRY, LAYERS, STEPS, PathResult, ValidatedState
 from atomistic.ladder.rungs import RUNGS, Rung, RungName, kinds_of
 from continuum.model.walls import LennardJonesSpline
 from continuum.store import datasets as store
@@ -84,7 +84,7 @@ def _about_states(states: States) -> dict[str, Dataset]:
 
 
 def _differences(states: States) -> dict[str, Dataset]:
-    steps = {step: pair for step, pair in (STEPS | GEOMETRY).items() if step in states[0][1].differences}
+    steps = {step: pair for step, pair in (STEPS | LAYERS | GEOMETRY).items() if step in states[0][1].differences}
     return {
         f"{step}_{name}": _column(
             (getattr(s.differences[step], name) for _, s in states),

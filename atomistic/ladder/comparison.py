@@ -12,14 +12,16 @@ from pathlib import Path
 
 import numpy as np
 
+from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.interatomic import Springs
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import rungs as ladder
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, Difference, Rung, RungName
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.engine import runner
+from atomistic.lammps.law import law_of_atoms
 from atomistic.lammps.result import DeckResult
-from atomistic.relax.relax import lattice_start, relax, relax_in
+from atomistic.relax.relax import lattice_on_every_layer, lattice_start, relax, relax_in
 from atomistic.relax.specimen import Specimen, specimen_of
 from continuum.measure.contact import quantity, totals_of
 from continuum.model.fourier import Real
@@ -39,6 +41,11 @@ STEPS: dict[StepName, tuple[RungName, RungName]] = {
     "total": ("half-space", "atoms"),
 }
 """Differences of the budget: a rung and the one it is compared with."""
+LAYERS: dict[StepName, tuple[str, str]] = {
+    "layers": ("the lattice under the whole law at its surface", "the lattice under the wall on every layer")
+}
+"""Where a law reaches the second layer, the error of its action on the surface alone, which is the continuum's; the
+nonlinearity is then that of the latter."""
 GEOMETRY: dict[StepName, tuple[RungName, RungName]] = {"geometry": ("spring-lattice", "spring-atoms")}
 """The geometric part of the nonlinearity, for crystals other than springs."""
 
@@ -173,6 +180,12 @@ class _Comparison:
         return LennardJonesSpline(adhesion_length=self.path.adhesion_length)
 
     @cached_property
+    def deep(self) -> bool:
+        """Whether a law of the input reaches the second layer: the same for all paths, whose columns are joined."""
+        laws = (LennardJonesSpline(adhesion_length=case.adhesion_length) for case in self.config.case)
+        return any(law_of_atoms(law, LAYER_SPACING) != law for law in laws)
+
+    @cached_property
     def heights(self) -> Real:
         update = {"lambda_s": self.path.lambda_s, "lambda_L": self.path.lambda_L}
         surface = self.config.surface.model_copy(update=update)
@@ -213,8 +226,11 @@ class _Comparison:
         state = solve(self.problems[name], "mean-gap", mean_gap, self.settings, start)
         return ladder.rung_of(self.problems[name], name, state)
 
-    def on_atoms(self, name: RungName, of: Specimen, linear: Rung, label: str) -> tuple[Rung, DeckResult]:
-        """Atoms at the separation of their lattice, and the result of LAMMPS."""
+    def on_atoms(self, name: RungName, of: Specimen, linear: Rung, label: str) -> tuple[Rung, DeckResult, Rung]:
+        """Atoms at the separation of their lattice, the result of LAMMPS, and the lattice under the wall of the atoms.
+
+        That acts on every layer which its law reaches.
+        """
         start, rise = lattice_start(of.response, self.wall, linear.gap), of.response.rise
         tolerance = self.config.solver.force_tolerance * self.path.rms_slope
         under = of.slab, of.model, self.wall, self.heights, linear.separation
@@ -228,8 +244,16 @@ class _Comparison:
                 directory = Path(scratch) / "deck" if self.decks is None else self.decks / label
                 found = relax(deck, directory, response, runner(self.lmp_command), session)
         found.require()
-        totals = vars(totals_of(self.grid, self.wall, found.gap))
-        return Rung(**totals, name=name, separation=linear.separation, gap=found.gap, traction=found.traction), found
+        gap = linear.gap
+        if deck.law != self.wall:
+            displaced = lattice_on_every_layer(deck, of.response, linear.gap)
+            gap = linear.separation + self.heights - displaced[0, ..., 2]
+        below = self.rung(linear.name, linear.separation, gap, deck.law.evaluate(gap).traction)
+        return self.rung(name, linear.separation, found.gap, found.traction), found, below
+
+    def rung(self, name: RungName, separation: float, gap: Real, traction: Real) -> Rung:
+        totals = vars(totals_of(self.grid, self.wall, gap))
+        return Rung(**totals, name=name, separation=separation, gap=gap, traction=traction)
 
     def compared(self, place: str, area: float, branch: Branch, chosen: PathState) -> ValidatedState:
         """A state of the lattice on all rungs."""
@@ -238,19 +262,19 @@ class _Comparison:
         began = time.perf_counter()
         label = f"{self.path.case}-h{self.path.rms_slope:g}-seed{self.path.seed}-a{area:g}-{branch}"
         rungs["lattice"] = reference
-        rungs["atoms"], found = self.on_atoms("atoms", self.specimen, reference, label)
-        seconds, steps = time.perf_counter() - began, dict(STEPS)
+        rungs["atoms"], found, lattice = self.on_atoms("atoms", self.specimen, reference, label)
+        seconds, atoms = time.perf_counter() - began, rungs["atoms"]
+        compared = {step: (rungs[a], rungs[b]) for step, (a, b) in STEPS.items()}
+        compared["nonlinearity"] = lattice, atoms
+        compared["total"] = self.on("half-space", atoms.mean_gap, atoms.gap), atoms
+        if self.deep:
+            compared["layers"] = reference, lattice
         if self.springs is not None:
             linear = self.on("spring-lattice", reference.mean_gap, reference.gap)
-            rungs["spring-lattice"] = linear
-            rungs["spring-atoms"], _ = self.on_atoms("spring-atoms", self.springs, linear, f"{label}-springs")
-            steps |= GEOMETRY
-        atoms = rungs["atoms"]
-        at_mean_gap_of_atoms = self.on("half-space", atoms.mean_gap, atoms.gap)
-        differences = {
-            step: ladder.compare(at_mean_gap_of_atoms if step == "total" else rungs[a], rungs[b], self.wall)
-            for step, (a, b) in steps.items()
-        }
+            moved, _, lattice = self.on_atoms("spring-atoms", self.springs, linear, f"{label}-springs")
+            rungs |= {"spring-lattice": linear, "spring-atoms": moved}
+            compared["geometry"] = lattice, moved
+        differences = {step: ladder.compare(*pair, self.wall) for step, pair in compared.items()}
         solvers = {name: partial(self.on, name, start=rungs[name].gap) for name in CONTINUUM_RUNGS}
         loads = ladder.loads_at_area(solvers, rungs, self.wall, self.path.rms_slope, float(self.heights.std()))
         half_space = self.problems["half-space"]

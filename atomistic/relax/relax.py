@@ -24,10 +24,12 @@ from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.path import loading
-from continuum.solve.solution import Settings
+from continuum.solve.solution import NotConvergedError, Settings
 
 _DEPTH = 8
 """Number of mixed states."""
+_MOST_MIXED = 60
+"""Largest number of contacts that are solved for the forces on lower layers; 5 to 15 are usual."""
 _PATIENCE = 10
 """Number of evaluations within which the largest force must halve."""
 
@@ -35,6 +37,40 @@ _PATIENCE = 10
 def lattice_start(response: LatticeResponse, wall: Wall, gap: Real) -> Real:
     """Displacements of a slab, shape (layers, nx, ny, 3), in a0, at the equilibrium of its response with this gap."""
     return response.displacements_of_surface_force(-wall.evaluate(gap).traction)
+
+
+def lattice_on_every_layer(deck: Deck, response: LatticeResponse, gap: Real) -> Real:
+    """Displacements of the linear slab of a deck under its wall, which acts on each layer as on that of the atoms.
+
+    The forces p on the lower layers are those of the law at the displacements that they cause::
+
+        u = K^-1 p + K^-1 f(u),      p <- p(u)
+
+    The contact of the surface is solved exactly, the rest mixed as in :func:`iterate`.  A law that ends above the
+    second layer leaves :func:`lattice_start`.
+
+    Parameters
+    ----------
+    gap : of the contact under the whole law at the surface, from which the iteration starts, in a0.
+
+    Raises NotConvergedError if there is no equilibrium near this gap.
+    """
+    slab, wall = deck.slab, deck.law
+    settings, mixed = Settings(tolerance=deck.tolerance / 1000), Mixer()
+    pushed = np.zeros((slab.mobile - 1, *slab.shape))
+    u = lattice_start(response, deck.wall, gap)
+    for _ in range(_MOST_MIXED):
+        push = _deep_push(deck, u) - pushed
+        if np.abs(push).max(initial=0.0) <= deck.tolerance:
+            return u
+        pushed = mixed.next(pushed, push, push)
+        forces = np.zeros((slab.mobile, *slab.shape, 3))
+        forces[1:, ..., 2] = -pushed
+        w = response.displacements(forces)
+        problem = ContactProblem(slab.grid, wall, deck.heights - w[0, ..., 2], response)
+        gap = loading.solve(problem, "separation", deck.separation, settings, start=gap).require().gap
+        u = w + lattice_start(response, wall, gap)
+    raise NotConvergedError(f"the lattice under the wall on every layer found no equilibrium in {_MOST_MIXED} steps")
 
 
 def relax(

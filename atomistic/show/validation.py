@@ -14,7 +14,7 @@ from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
 from atomistic.ladder.budget import BoundVerdict
-from atomistic.ladder.comparison import GEOMETRY, STEPS, StepName
+from atomistic.ladder.comparison import GEOMETRY, LAYERS, STEPS, StepName
 from atomistic.ladder.ensemble import untested
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS, WORDS
 from continuum.inputs.units import GPA_PER_EV_PER_A3, Units, per_area
@@ -152,7 +152,7 @@ def _unfelt(config: ValidateConfig) -> list[str]:
 def budget_sheet(config: ValidateConfig, archive: Archive) -> Sheet:
     """Errors of the steps of the ladder, by case and slope."""
     columns = archive.columns
-    measured = [step for step in (STEPS | GEOMETRY) if f"{step}_load" in columns]
+    measured = [step for step in (STEPS | LAYERS | GEOMETRY) if f"{step}_load" in columns]
     costs = list(budget.costs(columns, tuple(measured)))
     # The total last, after the parts of the nonlinearity.
     left_out = set(STEPS) - set(_steps_of(config))
@@ -167,6 +167,10 @@ def budget_sheet(config: ValidateConfig, archive: Archive) -> Sheet:
         "  ".join(f"{step}: {WORDS[STEPS[step][0]]} against {WORDS[STEPS[step][1]]}." for step in _steps_of(config)),
         *_unfelt(config),
     ]
+    if "layers" in measured:
+        notes.append(
+            "layers: the whole law at the surface of the lattice, against its parts on every layer it reaches."
+        )
     if "geometry" in measured:
         notes.append(
             "geometry: the nonlinearity of springs under the same wall at the same mean gap.  anharmonicity: the rest "
