@@ -16,11 +16,10 @@ from atomistic.crystal.faces import PIECE, cell_of
 from atomistic.inputs.deck import DeckConfig
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder.comparison import paths_of
-from atomistic.lammps.law import felt, law_of_atoms
+from atomistic.lammps.law import felt, in_formula, law_of_atoms
 from atomistic.lammps.shape import has_formula
 from atomistic.relax.specimen import BYTES, BYTES_PER_ATOM
 from continuum.model.grid import Grid
-from continuum.model.walls import Exponential, LennardJonesSpline
 
 _SEEN = tomllib.loads(resources.files("atomistic.ladder").joinpath("cost.toml").read_text(encoding="utf-8"))
 
@@ -100,8 +99,8 @@ def _of_wall(config: DeckConfig, atoms: int) -> float:
     each = _SEEN["formula"]
     if config.follows == "atom":
         each += _SEEN["following" if has_formula(config.surface) else "map"]
-    in_pieces = type(law_of_atoms(config.wall, LAYER_SPACING)) not in (LennardJonesSpline, Exponential)
-    return float(each * reached(config, atoms) + in_pieces * _SEEN["pieces"])
+    once = 0.0 if in_formula(law_of_atoms(config.wall, LAYER_SPACING)) else _SEEN["pieces"]
+    return float(each * reached(config, atoms) + once)
 
 
 def cost_of_deck(config: DeckConfig) -> AtomsCost:

@@ -174,6 +174,11 @@ PARTS: dict[type[Wall], Callable[[Any, float], Wall]] = {Exponential: _weaker}
 """Parts of laws that reach the second layer, where these are laws of a kind; others are tables."""
 
 
+def in_formula(wall: Wall) -> bool:
+    """Whether a law is a formula here, not cubic pieces."""
+    return LAWS.get(type(wall), in_pieces) in (_spline, _exponential)
+
+
 def name_of(wall: Wall) -> str:
     """The class by which the law of a deck is read again."""
     return (type(wall) if type(wall) in LAWS else TabulatedWall).__name__

@@ -16,10 +16,13 @@ from atomistic.lammps.engine import script as find
 from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.result import DeckResult, LammpsError
 from atomistic.lammps.session import Session
-from atomistic.relax.relax import iterate, relax, relax_in
+from atomistic.relax.relax import iterate, lattice_on_every_layer, lattice_start, relax, relax_in
 from atomistic.response.lattice import LatticeResponse
 from continuum.model.grid import Grid
-from continuum.model.walls import LennardJonesSpline
+from continuum.model.problem import ContactProblem
+from continuum.model.walls import InversePowers, LennardJonesSpline, Wall
+from continuum.path.loading import solve
+from continuum.solve.solution import Settings
 from tests.problems import crystal, lattice, on_atoms
 from tests.python_walls import WallSession
 
@@ -276,3 +279,38 @@ def test_the_written_deck_converges_alone(tmp_path, slope, adhesion_length):
     assert deck.start.any()
     for start in (deck, replace(deck, displacements=None)):
         relax(start, tmp_path).require()
+
+
+@pytest.mark.parametrize(
+    ("law", "nearer"),
+    [(InversePowers((9, 3), 0.05), 10.0), (LennardJonesSpline(adhesion_length=0.05), 3.0)],
+    ids=["9-3", "spline"],
+)
+def test_the_lattice_under_the_wall_on_every_layer_is_that_of_the_atoms(law: Wall, nearer: float) -> None:
+    """Atoms under a slight wave, on the second layer of which the law acts: what is left is of second order.
+
+    Stated after a first run on 12 x 12 atoms, in which the ratio was 26 and 6.
+    """
+    n, separation = 8, 1.1
+    slab = Slab.of_depth(Grid.square(n), 5.0)
+    response = LatticeResponse.of_springs(slab, SPRINGS)
+    heights = np.repeat(0.01 * np.cos(2 * np.pi * np.arange(n) / n)[:, None], n, axis=1)
+    problem = ContactProblem(slab.grid, law, heights, response)
+    gap = solve(problem, "separation", separation, Settings(1e-12)).gap
+    deck = Deck(slab, SPRINGS, law, heights, separation, lattice_start(response, law, gap), 1e-10, rise=response.rise)
+    u = lattice_on_every_layer(deck, response, gap)
+    # It is at rest: K^-1 of all forces of the wall, each at the gap of its own atom, are these displacements.
+    forces = np.zeros((slab.mobile, *slab.shape, 3))
+    level = deck.rest[: slab.mobile, ..., 2] - deck.surface
+    above = deck.above.reshape(level.shape)
+    forces[..., 2] = -deck.law.evaluate(separation + above - level - u[: slab.mobile, ..., 2]).traction
+    assert np.abs(forces[1:]).max() > 1e-4
+    np.testing.assert_allclose(response.displacements(forces), u, atol=1e-8)
+    atoms = relax_in(Session.on_atoms_of(deck), deck, response).require().gap
+    layered = separation + heights - u[0, ..., 2]
+    assert np.abs(gap - atoms).max() > nearer * np.abs(layered - atoms).max() > 0
+
+
+def test_a_law_that_ends_above_the_second_layer_leaves_the_lattice_as_it_is() -> None:
+    _, state, deck = on_atoms(adhesion_length=0.005)
+    assert np.array_equal(lattice_on_every_layer(deck, lattice(12, "springs"), state.gap), deck.start)

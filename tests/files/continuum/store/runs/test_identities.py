@@ -21,7 +21,7 @@ from continuum.store.sweeps.axes import Sweep
 
 STORED = Path(__file__).with_name("identities.json")
 """Identities as they were stored, by inputs and by the changes below; new inputs are added, and none is
-ever changed, unless the input itself was (the two jumps, 2026-11-28: bounds)."""
+ever changed, unless the input itself was (those with jumps, 2026-11-28: bounds)."""
 INPUTS = find("inputs/smoke/nonadhesive.toml").parents[1]
 WAVE = {"kind": "sine", "amplitude": 0.1, "waves": [1, 2]}
 ROUGH = {"kind": "self-affine", "hurst": 0.8, "lambda_s": 8.0, "lambda_L": 32.0, "seed": 3}
