@@ -461,8 +461,11 @@ MADE: dict[str, Callable[[], str]] = {
     ),
     **{name: lambda asked=asked: _said(*asked) for name, asked in _SAID.items()},
     **{name: lambda value=value: value for name, value in _left().items()},
-    "peers.aspher-512": lambda: _peer("512²", "ASPHER"),
-    **{f"peers.adhesion-{n}": lambda n=n: _peer(f"{n}²", "Adhesion") for n in (512, 1024)},
+    **{
+        f"peers.{name}-{n}": lambda n=n, code=code: _peer(f"{n}²", code)
+        for name, code in (("aspher", "ASPHER"), ("adhesion", "Adhesion"), ("tamaas", "ContactMechanics, Tamaas"))
+        for n in (512, 1024)
+    },
     "atoms.slabs": lambda: str(len(_optimizers())),
     "atoms.halves": _halves,
     "atoms.response": lambda: _evaluations("response, of a small slab (of the whole)"),
