@@ -15,7 +15,7 @@ LONGEST = {
     "benchmarks": 530, "budget": 590, "changes": 12, "cite": 150, "cluster": 310, "commands": 625, "contribute": 1600,
     "install": 470, "why": 605, "tutorials/python": 215,
     "decks": 2250, "dispute": 630, "gradients": 440, "house": 880, "index": 460,
-    "law": 920, "model": 880, "response": 580, "argument": 470,
+    "law": 875, "model": 740, "response": 510, "argument": 420,
     "limits": 690, "maps": 940, "materials": 220, "paper": 1020, "paths": 900, "peers": 1120,
     "predict": 1200, "solver": 1640, "start": 230, "substrates": 510, "sweeps": 1170, "trust": 360,
     "tutorials/atoms": 680, "tutorials/deck": 210, "tutorials/indent": 180, "tutorials/map": 760,
