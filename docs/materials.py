@@ -15,7 +15,7 @@ def table() -> str:
     head = [
         "# Materials",
         "",
-        "Values of `--material NAME`; [the page of materials](../materials.md) says what they are.",
+        "Values of `--material NAME`; [Is my surface sticky?](../predict.md#materials) explains them.",
         "",
     ]
     head += ["| material | E | ν | E* | w | range |", "|---|---|---|---|---|---|"]
