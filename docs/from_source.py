@@ -122,7 +122,7 @@ _FILES = {
     "validation": (
         "A validation",
         "`atomistic validate`: `NAME.h5`. A rung is a model of the ladder, a state one comparison. Differences begin"
-        " with the name of the step of the [budget](../budget.md) that they belong to.",
+        " with the name of the step of the [budget](../tutorials/validate.md) that they belong to.",
     ),
 }
 
