@@ -12,19 +12,20 @@ from docs.studies import pages
 TEXTS = {path.relative_to(pages.DOCS).as_posix(): path.read_text(encoding="utf-8") for path in pages.pages()}
 MARKED = {page for page, text in TEXTS.items() if "<!--" in text and pages.marked(text)}
 LONGEST = {
-    "benchmarks": 530, "changes": 12, "cite": 125, "cluster": 310, "commands": 480, "contribute": 1435,
-    "install": 465, "why": 605, "tutorials/python": 215,
-    "decks": 2250, "dispute": 530, "gradients": 390, "house": 880, "index": 460,
-    "law": 870, "model": 735, "response": 505, "argument": 415,
-    "limits": 575, "maps": 860, "paper": 1020, "paths": 770, "peers": 980,
-    "predict": 1230, "solver": 1640, "start": 225, "substrates": 420, "sweeps": 1170, "trust": 325,
-    "tutorials/atoms": 595, "tutorials/deck": 155, "tutorials/indent": 170, "tutorials/map": 735,
-    "tutorials/script": 460, "tutorials/copper": 230, "tutorials/film": 405, "tutorials/sweep": 335,
-    "tutorials/validate": 410, "validation": 860, "view": 295,
+    "benchmarks": 470, "changes": 12, "cite": 125, "cluster": 315, "commands": 425, "contribute": 1245,
+    "install": 415, "why": 545, "tutorials/python": 200,
+    "decks": 1930, "dispute": 480, "gradients": 345, "house": 700, "index": 450,
+    "law": 765, "model": 635, "response": 450, "argument": 380,
+    "limits": 525, "maps": 755, "paper": 810, "paths": 705, "peers": 805,
+    "predict": 1110, "solver": 1540, "start": 215, "substrates": 365, "sweeps": 1065, "trust": 260,
+    "tutorials/atoms": 565, "tutorials/deck": 145, "tutorials/indent": 165, "tutorials/map": 685,
+    "tutorials/script": 420, "tutorials/copper": 215, "tutorials/film": 385, "tutorials/sweep": 295,
+    "tutorials/validate": 370, "validation": 765, "view": 285,
 }  # fmt: skip
 """Words of each page of the manual, with code and tables; what was measured and how it was judged is in the studies."""
-MANUAL = 24_700
-"""Words of all of them."""
+MANUAL = 18_700
+"""Words of all of them but those for developers."""
+DEVELOPERS = {"contribute.md", "house.md", "solver.md"}
 
 
 def test_a_page_shows_what_its_studies_make() -> None:
@@ -63,16 +64,16 @@ def test_each_study_says_question_statement_run_result_verdict_data_and_what_is_
 
 
 def words(page: str) -> int:
-    """Words that somebody wrote: blocks that are made from code or data are left out."""
+    """Words that somebody wrote, in code too: without what is made from code or data, and without bars of tables."""
     written = re.sub(r"<!-- made by.*?<!-- end -->", "", TEXTS[page], flags=re.DOTALL)
-    return len(re.sub(r"<!--.*?-->", "", written).split())
+    return sum(any(map(str.isalnum, word)) for word in re.sub(r"<!--.*?-->", "", written).split())
 
 
 @pytest.mark.style
 def test_the_manual_can_be_read() -> None:
     manual = {page for page in TEXTS if not page.startswith(("studies/", "measured/", "joss/"))}
     assert manual == {f"{name}.md" for name in LONGEST}
-    assert sum(map(words, manual)) <= MANUAL
+    assert sum(map(words, manual - DEVELOPERS)) <= MANUAL
 
 
 @pytest.mark.style
