@@ -21,9 +21,9 @@ from atomistic.inputs.crystal import ElasticConfig
 from atomistic.inputs.deck import DeckConfig
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.relax.deckrun import SCHEMA, VERSION
-from continuum.inputs.document import Document
 from continuum.inputs.errors import EXIT_CODES
 from continuum.inputs.reference import markdown
+from continuum.inputs.toml import Document
 from continuum.maps.verdict.tables import PredictionInput
 from continuum.store.datasets import Dataset, read_datasets
 from continuum.store.runs.config import RunConfig

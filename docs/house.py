@@ -113,7 +113,7 @@ def drawn(graph: Rooms) -> Figure:
         for room in shown
     }  # fmt: skip
     for room, asked in shown.items():
-        for one in asked:
+        for one in sorted(asked):  # a set has another order in each process
             same = room.split(".")[0] == one.split(".")[0]
             axes.annotate(
                 "", place[one], place[room], zorder=1,

@@ -54,7 +54,7 @@ from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.units import Units
-from continuum.model.cubic import (
+from continuum.model.anisotropic import (
     CubicConstants,
     anisotropic_contact_modulus,
     contact_modulus,

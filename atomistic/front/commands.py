@@ -20,12 +20,12 @@ from atomistic.relax.decks import deck_input
 from continuum.front.doctor import diagnosed
 from continuum.front.options import FIGURES
 from continuum.front.options import like as like_of
-from continuum.inputs.document import Document, refuse
 from continuum.inputs.errors import OK
 from continuum.inputs.reading import load
 from continuum.inputs.reference import schema as schema_of
 from continuum.inputs.reference import template
 from continuum.inputs.tables import Fault
+from continuum.inputs.toml import Document, refuse
 from continuum.show.console import progress, progress_of_known, report, verbose
 
 like = partial(like_of, hint="Finished work is stored.")

@@ -36,10 +36,9 @@ from continuum.inputs.arguments import (
     number,
     several,
 )
-from continuum.inputs.document import refuse
 from continuum.inputs.reading import load
 from continuum.inputs.tables import Fault
-from continuum.inputs.toml import Source, find
+from continuum.inputs.toml import Source, find, refuse
 from continuum.inputs.units import per_area
 from continuum.model.walls import Wall
 from continuum.store.sheet import Sheet, Shown, pairs

@@ -17,10 +17,10 @@ from atomistic.ladder.rungs import NoJumpError
 from atomistic.lammps.engine import command_words, runner
 from atomistic.relax.specimen import specimen_of
 from continuum.inputs.arguments import count, file_name, flag, function
-from continuum.inputs.document import refuse
 from continuum.inputs.errors import StickinessError
 from continuum.inputs.reading import load
 from continuum.inputs.tables import Fault
+from continuum.inputs.toml import refuse
 from continuum.model.walls import LennardJonesSpline
 from continuum.store.datasets import Dataset
 from continuum.store.granted import granted_processors

@@ -15,9 +15,9 @@ from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from continuum.inputs import possible
 from continuum.inputs.arguments import ArgumentError
-from continuum.inputs.document import Document
 from continuum.inputs.keys import ForBoth, Fraction, InputFile, Positive
 from continuum.inputs.tables import Fault, Table, constraint
+from continuum.inputs.toml import Document
 from continuum.store.runs.config import ToleranceTable
 
 SHALLOWEST, DEEPEST = 2.0, 512.0

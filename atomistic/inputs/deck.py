@@ -11,11 +11,10 @@ from pydantic import Field
 from atomistic.inputs.crystal import CrystalTable, DeckSlabTable, DeckSolverTable, Interatomic
 from atomistic.inputs.motion import ProtocolTable, Steps, beyond_strength
 from atomistic.lammps.crystal_wall import OWN, WallCrystal
-from continuum.inputs.document import Document
 from continuum.inputs.keys import Fraction, InputFile
 from continuum.inputs.reading import parsed, source_of
 from continuum.inputs.tables import Fault, constraint
-from continuum.inputs.toml import Source
+from continuum.inputs.toml import Document, Source
 from continuum.maps.map import Topography
 from continuum.maps.mending import wall_from_map
 from continuum.maps.quantities import sizes_of, units_of

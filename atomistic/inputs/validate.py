@@ -6,9 +6,9 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from atomistic.inputs.crystal import AtomsSolverTable, CrystalTable, Interatomic, SlabTable
-from continuum.inputs.document import Document
 from continuum.inputs.keys import Fraction, Positive
 from continuum.inputs.tables import Fault, Table, constraint
+from continuum.inputs.toml import Document
 from continuum.model.surface import SelfAffineSpectrum
 from continuum.model.walls.spline import AdhesionLength
 

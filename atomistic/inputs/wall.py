@@ -17,9 +17,8 @@ from atomistic.lammps.law import native_law
 from atomistic.lammps.shape import Shape, check_shape, shape_of
 from continuum.inputs import possible
 from continuum.inputs.arguments import ArgumentError, choice, count, file_name, instance, pair
-from continuum.inputs.document import Document
 from continuum.inputs.reading import load
-from continuum.inputs.toml import find
+from continuum.inputs.toml import Document, find
 from continuum.inputs.units import ANGSTROM, GPA_PER_EV_PER_A3, parse
 from continuum.maps.mending import wall_from_map
 from continuum.maps.quantities import share

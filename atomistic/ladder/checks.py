@@ -22,7 +22,7 @@ from atomistic.lammps.result import DeckResult
 from atomistic.relax.specimen import Specimen
 from atomistic.response.force_constants import ForceConstants, least_width
 from atomistic.response.lattice import half_space_stiffness
-from continuum.model.cubic import CubicConstants
+from continuum.model.anisotropic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.walls import Wall

@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from atomistic.response.lattice import LatticeResponse
 from continuum.measure.contact import Totals, contact_map, quantity, shared
-from continuum.model.cubic import CubicConstants
+from continuum.model.anisotropic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate

@@ -31,14 +31,12 @@ from atomistic.response.bulk import model_below
 from atomistic.response.cache import default_folder
 from atomistic.response.thermal import warm_crystal
 from continuum.inputs.arguments import ArgumentError
-from continuum.inputs.document import refuse
 from continuum.inputs.reading import parsed
 from continuum.inputs.tables import Fault, Table
-from continuum.inputs.toml import ConfigError, Source, find
+from continuum.inputs.toml import ConfigError, Source, find, refuse
 from continuum.inputs.units import Units, parse
 from continuum.model.fourier import Real
-from continuum.model.problem import ContactProblem
-from continuum.model.resolution import check_slope
+from continuum.model.problem import ContactProblem, check_slope
 from continuum.model.surface import Surface, moments
 from continuum.model.walls import Wall
 from continuum.path import loading

@@ -13,9 +13,8 @@ from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.protocol import largest_timestep
 from atomistic.lammps.shape import Shape
 from continuum.inputs.arguments import ArgumentError
-from continuum.inputs.document import refuse
 from continuum.inputs.tables import Fault
-from continuum.inputs.toml import ConfigError, Source
+from continuum.inputs.toml import ConfigError, Source, refuse
 from continuum.inputs.units import readable
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem

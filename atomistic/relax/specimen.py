@@ -19,8 +19,8 @@ from atomistic.response.cache import default_folder, response_key, stored_respon
 from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of
 from continuum.inputs.arguments import ArgumentError
-from continuum.inputs.document import refuse
 from continuum.inputs.tables import Fault
+from continuum.inputs.toml import refuse
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import TabulatedSubstrate

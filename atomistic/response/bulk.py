@@ -23,7 +23,7 @@ from atomistic.lammps.session import Cell
 from atomistic.response.material import STEP, model_of, require_style
 from continuum.inputs import possible
 from continuum.inputs.arguments import ArgumentError
-from continuum.model.cubic import CubicConstants, anisotropic_contact_modulus, rotated, tensor_of
+from continuum.model.anisotropic import CubicConstants, anisotropic_contact_modulus, rotated, tensor_of
 from continuum.model.fourier import Real
 
 _RATTLE, _LEFT = 1e-3, 1e-8

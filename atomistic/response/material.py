@@ -14,7 +14,7 @@ from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.engine import pair_styles
 from atomistic.lammps.session import Cell
 from continuum.inputs.toml import slip
-from continuum.model.cubic import CubicConstants
+from continuum.model.anisotropic import CubicConstants
 from continuum.model.fourier import Real
 
 STEP = 1e-5

@@ -26,13 +26,11 @@ from continuum.inputs.arguments import (
 )
 from continuum.measure import contact as contacts
 from continuum.measure.contact import Adhesion, Curve, Equilibrium, Measurement, adhesion
-from continuum.model.counterface import BEYOND, BEYOND_WHY, against
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.problem import ContactProblem
-from continuum.model.resolution import check_slope, doubts
+from continuum.model.problem import ContactProblem, check_slope, doubts
 from continuum.model.substrates import HalfSpace, Substrate
-from continuum.model.surface import Moments
+from continuum.model.surface import BEYOND, BEYOND_WHY, Moments, against
 from continuum.model.walls import Wall
 from continuum.path import loading, state
 from continuum.path.equilibrium import solver_of

@@ -59,7 +59,7 @@ class Prediction(PredictionNumbers):
         OutputError
             If they cannot be written there.
         """
-        from continuum.show.prediction_page import write_prediction  # draws, for which the answer need not wait
+        from continuum.show.prediction_figures import write_prediction  # draws, for which the answer need not wait
 
         return write_prediction(self, Path(folder), name)
 

@@ -16,10 +16,9 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from continuum.inputs.arguments import ArgumentError, file_name
-from continuum.inputs.document import Document
 from continuum.inputs.keys import frozen, what_is_allowed
 from continuum.inputs.tables import STRICT, Fault, Key, Place, Table, explained, located, table_of, tables_in
-from continuum.inputs.toml import ConfigError, Source, find, nearest, slip
+from continuum.inputs.toml import ConfigError, Document, Source, find, nearest, slip
 
 _Document = TypeVar("_Document", bound=Document)
 

@@ -13,11 +13,10 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from continuum.inputs.document import Document
 from continuum.inputs.keys import LARGEST, ForBoth, limits_of
 from continuum.inputs.reading import load
 from continuum.inputs.tables import Table, explained, tables_in
-from continuum.inputs.toml import find, text_of
+from continuum.inputs.toml import Document, find, text_of
 
 _WIDTH = 100
 _BOUNDS: Mapping[str, str] = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}

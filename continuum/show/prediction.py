@@ -6,8 +6,8 @@ import numpy as np
 
 from continuum.maps.map import Topography
 from continuum.maps.roughness import spectrum
+from continuum.maps.verdict.adhesion import ProbePullOff
 from continuum.maps.verdict.prediction import PredictionNumbers
-from continuum.maps.verdict.probe import ProbePullOff
 from continuum.maps.verdict.threshold import MapThreshold
 from continuum.model.surface import Moments
 from continuum.show.answer import HOW, force, length, per_area, per_cent, pressure

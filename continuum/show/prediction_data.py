@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from continuum.maps.areal import areal_parameters
 from continuum.maps.faults import MapFault
-from continuum.maps.roughness import spectrum
+from continuum.maps.roughness import areal_parameters, spectrum
 from continuum.maps.verdict.prediction import PredictionNumbers
 from continuum.maps.verdict.threshold import MapThreshold
 from continuum.store.sheet import Sheet

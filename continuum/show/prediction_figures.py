@@ -1,5 +1,9 @@
-"""Figures of a prediction: map and contact, spectrum, threshold, what decides it; the faults of a map."""
+"""Page of a prediction, and its figures: map and contact, spectrum, threshold, what decides it; the faults of a map.
 
+The page of a prediction with its figures: what draws is imported after the answer has been printed.
+"""
+
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +20,11 @@ from continuum.maps.verdict.prediction import PredictionNumbers
 from continuum.maps.verdict.threshold import MapThreshold, RangePoint
 from continuum.model.fourier import Real
 from continuum.show import plot
+from continuum.show.answer import COLOURS, statements, verdict_axis
+from continuum.show.page import Page
+from continuum.show.prediction import prediction_sheets, reading_order
 from continuum.show.prediction_data import load_works
+from continuum.store.sheet import Sheet
 
 _LINES: dict[str, Any] = {r"$\lambda_L$": ":", r"$\lambda_s$": "-.", "noise": (0, (1, 4))}
 """Lines at the ends of the fit in a spectrum."""
@@ -261,3 +269,32 @@ def _heights(axis: Axes, topography: Topography) -> None:
     axis.semilogy(middle[counts > 0], counts[counts > 0], ".", color=plot.SERIES[0], markersize=4, label="heights")
     axis.semilogy(middle, np.exp(-(middle**2) / 2) / np.sqrt(2 * np.pi), color="black", linewidth=0.8, label="Gaussian")
     axis.set(xlabel=r"height over $h_\mathrm{rms}$", ylabel="density", ylim=(1e-6, 1))
+
+
+def write_prediction(prediction: PredictionNumbers, folder: Path, name: str) -> list[Path]:
+    """Write ``NAME.html``, which needs no other file, and its figures as PNG, or in the formats of
+    :func:`continuum.show.plot.written_as`; returns HTML and PNG files.
+    """
+    figures = {name: (overview(prediction), "")}
+    if (loads := load_figure(prediction)) is not None:
+        figures[f"{name}-load"] = loads, "Mean pressure against contact area, with the error of the threshold."
+    if prediction.faults:
+        figures[f"{name}-faults"] = (fault_figure(prediction), "Faults of the map.")
+    drawn = [
+        (plot.save_figure(figure, folder / stem, usual=(), page=True), caption)
+        for stem, (figure, caption) in figures.items()
+    ]
+    (answer, *more), word = statements(prediction), prediction.verdict.answer
+    remarks = [Sheet.of("Remarks", ("",), [(text,) for text in prediction.doubts])] if prediction.doubts else []
+    page = Page(
+        "Is it sticky?  " + " and ".join(t.source for t in prediction.topographies),
+        f"{answer}.",
+        (),
+        drawn,
+        [*remarks, *reading_order(prediction_sheets(prediction))],
+        sources="Contact and theories: L. Pastewka and M. O. Robbins, PNAS 111, 3298 (2014), and the sources in the "
+        "tables.",
+        answers=[f"{line}." for line in more],
+        answer=(word.capitalize(), COLOURS[word], verdict_axis(prediction)),
+    )
+    return [page.write(folder / f"{name}.html"), *(path for path, _ in drawn)]

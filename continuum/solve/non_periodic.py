@@ -8,7 +8,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.laws import Law, evaluate
-from continuum.model.open_boundary import OpenBoundary
+from continuum.model.substrates.non_periodic import OpenBoundary
 from continuum.solve.solution import Closer, Settings, Solution
 from continuum.solve.solver import Solver
 from continuum.solve.stability import ACCURACY, Stability, stability

@@ -8,10 +8,9 @@ from operator import getitem
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from continuum.inputs.document import Document
 from continuum.inputs.keys import frozen
 from continuum.inputs.tables import Table
-from continuum.inputs.toml import text_of
+from continuum.inputs.toml import Document, text_of
 from continuum.store.provenance import made_by, provenance
 
 _Document = TypeVar("_Document", bound=Document)

@@ -19,8 +19,7 @@ from continuum.inputs import units
 from continuum.inputs.errors import InputError
 from continuum.maps.verdict.tables import OPTIONS
 from continuum.maps.verdict.threshold import Basis, MapThreshold
-from continuum.show.answer import statements
-from continuum.show.verdict_axis import COLOURS, verdict_axis
+from continuum.show.answer import COLOURS, statements, verdict_axis
 from continuum.store.sweeps.workers import Task, Worker, say
 from continuum.view.seen import prepared_once
 from continuum.view.states import OpenedResults, is_stored

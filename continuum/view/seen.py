@@ -12,11 +12,11 @@ import scipy
 
 from continuum.front.predict import READ, prepared
 from continuum.inputs import units
-from continuum.maps.areal import areal_parameters
 from continuum.maps.faults import MapFault, find_faults
 from continuum.maps.map import Topography, TopographyError
 from continuum.maps.mending import cut_off, detrend, fill_outliers
 from continuum.maps.quantities import length_of, share
+from continuum.maps.roughness import areal_parameters
 from continuum.maps.verdict.prediction import PredictionNumbers
 from continuum.model.fourier import Real
 

@@ -22,9 +22,9 @@ import numpy as np
 from pandas import read_csv
 from scipy.ndimage import gaussian_filter, grey_dilation
 
+from continuum.maps.faults import summits_of
 from continuum.maps.map import Topography
 from continuum.maps.mending import detrend
-from continuum.maps.summits import summits_of
 from continuum.maps.verdict.materials import Interface
 from continuum.maps.verdict.on_grid import UnresolvedError
 from continuum.maps.verdict.search import search_threshold

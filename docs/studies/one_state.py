@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 import continuum as c
-from continuum.model.cubic import CubicConstants
+from continuum.model.anisotropic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, LayeredHalfSpace, Substrate

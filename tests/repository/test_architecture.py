@@ -127,7 +127,7 @@ def test_the_arrows_between_rooms_can_be_drawn() -> None:
                 "continuum.inputs.keys",
                 "continuum.inputs.tables",
                 "continuum.model",
-                "continuum.inputs.document",
+                "continuum.inputs.toml",
                 "continuum.inputs.reading",
                 "continuum.inputs.reference",
                 "continuum.store.runs",
@@ -178,7 +178,7 @@ def test_a_module_says_what_it_offers_and_stays_short() -> None:
 # Which tables an input has, and which kinds each of them: these modules ask what a class is.
 REGISTRY = {
     "continuum.inputs.tables",
-    "continuum.inputs.document",
+    "continuum.inputs.toml",
     "continuum.store.identity",
     "continuum.inputs.reading",
     "continuum.inputs.reference",

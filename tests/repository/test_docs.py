@@ -28,7 +28,7 @@ import continuum.front.cli
 from continuum.inputs.keys import LARGEST_N
 from continuum.measure.outline import outline
 from continuum.model.grid import Grid
-from continuum.model.resolution import POINTS, SMALL_SLOPE
+from continuum.model.problem import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.paper.figures import FIGURES
 from continuum.store.provenance import Citation

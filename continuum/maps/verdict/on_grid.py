@@ -10,8 +10,7 @@ from continuum.inputs import units
 from continuum.maps.map import Topography, mirrored, mirrored_spectrum
 from continuum.model.fourier import Real, padded, restrict
 from continuum.model.grid import Grid
-from continuum.model.problem import ContactProblem
-from continuum.model.resolution import unresolved
+from continuum.model.problem import ContactProblem, unresolved
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.model.walls.attraction import attraction_on_core
 

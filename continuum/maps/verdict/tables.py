@@ -9,9 +9,9 @@ from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from continuum.inputs import possible
-from continuum.inputs.document import Document
 from continuum.inputs.keys import InputFile, OneOrSeveral
 from continuum.inputs.tables import Table
+from continuum.inputs.toml import Document
 from continuum.maps.mending import Detrending
 
 

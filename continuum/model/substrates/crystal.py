@@ -9,8 +9,8 @@ from pydantic import Field
 from continuum.inputs.arguments import ArgumentError, instance
 from continuum.inputs.keys import OrInfinite, frozen
 from continuum.inputs.tables import Fault, constraint
-from continuum.model import cubic
-from continuum.model.cubic import CubicConstants
+from continuum.model import anisotropic
+from continuum.model.anisotropic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.grid import LONGEST, Grid
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, with_mean
@@ -60,7 +60,7 @@ class CubicLayer(PeriodicResponse, kind="crystal"):
             yield Fault(("c12",), "C11 > |C12| and C11 + 2 C12 > 0, or the crystal is not stable")
             return
         try:
-            modulus = cubic.contact_modulus(self.constants)
+            modulus = anisotropic.contact_modulus(self.constants)
         except ValueError as error:
             yield Fault(("c44",), f"the ratio of constants that a crystal has: {error}")
             return
@@ -87,9 +87,9 @@ class CubicLayer(PeriodicResponse, kind="crystal"):
         qx, qy = np.broadcast_arrays(*instance("grid", grid, Grid).wavevectors)
         q = grid.wavenumber
         angle = np.arctan2(qy, qx) + self.axis
-        stiffness_q = q * cubic.directional_contact_modulus(self.constants, angle) / 2
-        long_wave = q < cubic.THICK / self.depth
+        stiffness_q = q * anisotropic.directional_contact_modulus(self.constants, angle) / 2
+        long_wave = q < anisotropic.THICK / self.depth
         long_wave[0, 0] = False  # its value follows below
-        layer = cubic.surface_stiffness(self.constants, angle[long_wave], q[long_wave] * self.depth)
+        layer = anisotropic.surface_stiffness(self.constants, angle[long_wave], q[long_wave] * self.depth)
         stiffness_q[long_wave] = q[long_wave] * layer
         return with_mean(stiffness_q, self.mean)

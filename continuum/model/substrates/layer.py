@@ -1,6 +1,7 @@
 """An isotropic layer on a rigid base."""
 
 from collections.abc import Mapping
+from math import factorial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -9,8 +10,22 @@ from continuum.inputs.arguments import instance
 from continuum.inputs.keys import Positive
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.layered import decayed_remainder
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, Poisson, with_mean
+
+
+def decayed_remainder(y: Real, order: int) -> Real:
+    """exp(-y) times sinh y - y (order 3) or cosh y - 1 - y²/2 (order 4), to rounding.
+
+    By the series y^n/n! + y^(n+2)/(n+2)! + ... where the difference would lose digits.
+    """
+    small = np.minimum(y, 1.0) ** 2
+    series = np.ones_like(y)
+    for k in range(10, 0, -1):  # the first term left out, n!/(n+22)!, is below rounding at y = 1
+        series = 1 + series * small / ((2 * k + order - 1) * (2 * k + order))
+    series *= np.exp(-y) * np.minimum(y, 1.0) ** order / factorial(order)
+    sign, left_out = (-1, y) if order == 3 else (1, 1 + y**2 / 2)
+    direct = (1 + sign * np.exp(-2 * y)) / 2 - left_out * np.exp(-y)
+    return np.where(y < 1, series, direct)
 
 
 class Layer(PeriodicResponse, kind="layer"):

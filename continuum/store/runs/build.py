@@ -8,10 +8,9 @@ from typing import TypeVar
 import numpy as np
 
 from continuum.inputs.arguments import ArgumentError
-from continuum.inputs.document import refuse
 from continuum.inputs.tables import Fault, Key, Table
-from continuum.model.problem import ContactProblem
-from continuum.model.resolution import check_slope, doubts
+from continuum.inputs.toml import refuse
+from continuum.model.problem import ContactProblem, check_slope, doubts
 from continuum.model.surface import Moments
 from continuum.solve.solution import Settings
 from continuum.store.granted import granted_memory

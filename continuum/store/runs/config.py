@@ -11,14 +11,13 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from continuum.inputs.arguments import choice
-from continuum.inputs.document import Document
 from continuum.inputs.keys import Fraction
 from continuum.inputs.tables import Description, Fault, Table, constraint
-from continuum.model.counterface import Counterface
+from continuum.inputs.toml import Document
 from continuum.model.grid import GridTable
 from continuum.model.substrates import Response
 from continuum.model.substrates.non_periodic import NO_LINE
-from continuum.model.surface import Surface
+from continuum.model.surface import Counterface, Surface
 from continuum.model.walls import Wall
 from continuum.path.state import YIELDS, Control, Search
 from continuum.solve.backend import BACK_ENDS, SHARDED

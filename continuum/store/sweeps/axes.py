@@ -15,10 +15,9 @@ from typing import Any, Self
 
 from pydantic import Field
 
-from continuum.inputs.document import Document
 from continuum.inputs.reading import InputFile, parsed, source_of
 from continuum.inputs.tables import Fault, Key, Table, constraint
-from continuum.inputs.toml import ConfigError, Source, document, text_of
+from continuum.inputs.toml import ConfigError, Document, Source, document, text_of
 from continuum.store.identity import identity
 from continuum.store.runs.config import MOST, RunConfig, expand_range
 from continuum.store.sweeps.alike import Alike

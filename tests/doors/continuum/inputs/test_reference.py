@@ -12,9 +12,9 @@ import continuum.front.cli
 from atomistic.inputs.crystal import ElasticConfig
 from atomistic.inputs.deck import DeckConfig
 from atomistic.inputs.validate import ValidateConfig
-from continuum.inputs.document import Document
 from continuum.inputs.reading import load
 from continuum.inputs.reference import entries, markdown, schema, template
+from continuum.inputs.toml import Document
 from continuum.store.runs.config import RunConfig
 
 EXAMPLES: dict[type[Document], str] = {

@@ -20,17 +20,16 @@ from continuum.front.predict import Prediction
 from continuum.maps import faults
 from continuum.maps.faults import NOT_GAUSSIAN, MapFault
 from continuum.maps.map import Topography
+from continuum.maps.verdict.adhesion import ProbePullOff
 from continuum.maps.verdict.materials import Interface
 from continuum.maps.verdict.prediction import prediction_of
-from continuum.maps.verdict.probe import ProbePullOff
 from continuum.maps.verdict.threshold import RANGES, Basis, MapThreshold, RangePoint
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
-from continuum.show.answer import _range_and_heights, statements, times
+from continuum.show.answer import _range_and_heights, statements, times, verdict_axis
 from continuum.show.prediction_data import row
 from continuum.show.prediction_figures import overview
-from continuum.show.verdict_axis import verdict_axis
 
 NANO = 1e-9
 INTERFACE = Interface(1e9, 0.05, 0.5 * NANO, 0.3 * NANO, probe=1e-5)

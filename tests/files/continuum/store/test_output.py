@@ -48,7 +48,7 @@ def _predicted() -> c.Prediction:
 def _prediction(folder: Path) -> object:
     """Its page, with an empty figure: drawing takes most of the time."""
     with written_as(["png"]), pytest.MonkeyPatch.context() as patch:
-        patch.setattr("continuum.show.prediction_page.overview", lambda _: new_figure(1, 1))
+        patch.setattr("continuum.show.prediction_figures.overview", lambda _: new_figure(1, 1))
         return _predicted().write(folder, "prediction")
 
 

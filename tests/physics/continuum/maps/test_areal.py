@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.maps.areal import areal_parameters
 from continuum.maps.faults import directions
 from continuum.maps.map import Topography
-from continuum.maps.roughness import stencil_moments
+from continuum.maps.roughness import areal_parameters, stencil_moments
 
 
 @given(st.floats(0.01, 3.0), st.floats(0.01, 3.0), st.floats(1e-9, 1e3))

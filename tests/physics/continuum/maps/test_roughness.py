@@ -9,15 +9,7 @@ from hypothesis import strategies as st
 
 from continuum.maps.map import Topography
 from continuum.maps.mending import detrend
-from continuum.maps.roughness import (
-    Roughness,
-    fit_self_affine,
-    hann,
-    roughness_of,
-    spectrum,
-    stencil_moments,
-    together,
-)
+from continuum.maps.roughness import Roughness, fit_self_affine, hann, roughness_of, spectrum, stencil_moments, together
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments

@@ -11,10 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import truncnorm
 
-from continuum.maps.faults import find_faults
+from continuum.maps.faults import BLOCKS, TENTH, excess, find_faults, summits_of
 from continuum.maps.map import Topography
 from continuum.maps.mending import detrend
-from continuum.maps.summits import BLOCKS, TENTH, excess, summits_of
 from continuum.maps.verdict.materials import Interface
 from continuum.maps.verdict.prediction import prediction_of
 from continuum.maps.verdict.search import search_threshold

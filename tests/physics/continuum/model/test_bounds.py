@@ -11,13 +11,12 @@ import pytest
 
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.keys import LARGEST_N, SMALLEST
-from continuum.model.counterface import Counterface
-from continuum.model.cubic import CubicConstants
+from continuum.model.anisotropic import CubicConstants
 from continuum.model.grid import Grid, GridTable
 from continuum.model.substrates import CubicLayer, LayeredHalfSpace, TabulatedSubstrate
 from continuum.model.substrates.layer import Layer
 from continuum.model.substrates.layered_half_space import Film
-from continuum.model.surface import SelfAffine
+from continuum.model.surface import Counterface, SelfAffine
 from continuum.model.surfaces import CylinderSurface, PunchSurface, SelfAffineSurface, SineSurface, sine, sphere
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline
 from continuum.model.walls.inverse_powers import LennardJones93

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from continuum.inputs.arguments import ArgumentError
-from continuum.model.cubic import CubicConstants
+from continuum.model.anisotropic import CubicConstants
 from continuum.model.grid import Grid
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, MeanMode, Response, TabulatedSubstrate
 

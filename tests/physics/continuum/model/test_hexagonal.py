@@ -7,16 +7,16 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from continuum.model.cubic import (
+from continuum.model.anisotropic import (
     LEAST_COMPRESSIBLE,
     CubicConstants,
+    HexagonalConstants,
     anisotropic_contact_modulus,
     contact_modulus,
     directional_contact_modulus,
     rotated,
     tensor_of,
 )
-from continuum.model.hexagonal import HexagonalConstants
 
 
 def voigt(c11: float, c12: float, c13: float, c33: float, c44: float, c66: float) -> np.ndarray:

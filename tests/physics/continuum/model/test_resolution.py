@@ -7,8 +7,7 @@ import pytest
 
 from continuum.inputs.arguments import ArgumentError
 from continuum.model.grid import Grid
-from continuum.model.problem import ContactProblem
-from continuum.model.resolution import check_slope, doubts, other_unit, short_waves, steep, unresolved
+from continuum.model.problem import ContactProblem, check_slope, doubts, other_unit, short_waves, steep, unresolved
 from continuum.model.substrates import HalfSpace, TabulatedSubstrate
 from continuum.model.surfaces import sine
 from continuum.model.walls import HardWall, LennardJonesSpline, Wall

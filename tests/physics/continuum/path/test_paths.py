@@ -19,8 +19,7 @@ from scipy.optimize import brentq
 from continuum.front.cli import main
 from continuum.inputs.reading import load
 from continuum.model.grid import Grid
-from continuum.model.problem import ContactProblem
-from continuum.model.resolution import unresolved
+from continuum.model.problem import ContactProblem, unresolved
 from continuum.model.substrates import HalfSpace, MeanMode
 from continuum.model.surface import SelfAffine, moments
 from continuum.model.surfaces import sine, sphere

@@ -15,8 +15,8 @@ from continuum.inputs.errors import InputError
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.open_boundary import OpenBoundary
 from continuum.model.substrates import HalfSpace
+from continuum.model.substrates.non_periodic import OpenBoundary
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.solve.arrays import back_end as arrays

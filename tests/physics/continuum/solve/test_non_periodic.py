@@ -12,8 +12,8 @@ import continuum as c
 from continuum.inputs.arguments import ArgumentError
 from continuum.measure.certificate import check_state
 from continuum.model.fourier import Real
-from continuum.model.open_boundary import FAR, OpenBoundary, cell_influence
 from continuum.model.problem import ContactProblem
+from continuum.model.substrates.non_periodic import FAR, OpenBoundary, cell_influence
 from continuum.model.walls import Wall
 from continuum.path.loading import solve
 from continuum.solve.non_periodic import FARTHER, UNFELT, NonPeriodicSolver, _reach

@@ -10,9 +10,9 @@ import scipy.linalg
 
 import continuum as c
 from continuum.model.grid import Grid
-from continuum.model.open_boundary import OpenBoundary
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
+from continuum.model.substrates.non_periodic import OpenBoundary
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.path.loading import solve
 from continuum.solve.non_periodic import NonPeriodicSolver

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 import continuum as c
+from continuum.front.sweep_commands import SweepProgress
 from continuum.inputs.toml import document
-from continuum.show.sweep_progress import SweepProgress
 from continuum.store.sheet import duration
 from continuum.store.sweeps.cluster import Allocation
 from continuum.store.sweeps.pace import FACTOR, SystemTime, expected

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.maps.map import Topography
+from continuum.maps.verdict.adhesion import probe_doubts, probe_pull_off
 from continuum.maps.verdict.criteria import RoughContact
 from continuum.maps.verdict.materials import Interface
 from continuum.maps.verdict.on_grid import CORE_STIFFNESS, wall_of_map
 from continuum.maps.verdict.prediction import prediction_of
-from continuum.maps.verdict.probe import probe_doubts, probe_pull_off
 from continuum.maps.verdict.search import search_threshold
 from continuum.maps.verdict.threshold import press_map
 from continuum.model.problem import ContactProblem

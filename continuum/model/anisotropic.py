@@ -1,7 +1,7 @@
-"""Response of the (100) surface of a cubic crystal: a half-space, or a layer bonded to a rigid base.
+"""Response of crystal faces: (100) of a cubic crystal, half-space or bonded layer; basal of a hexagonal one.
 
-Displacements u(z) exp(iq m.x) along a direction m in the surface, with n its normal and s = q z, obey Stroh's
-equations; in terms of (ab)_jk = Σ_il a_i C_ijkl b_l, Q = (mm), R = (mn), T = (nn), and τ = traction/q::
+On a cubic crystal, displacements u(z) exp(iq m.x) along a direction m in the surface, with n its normal and s = q z,
+obey Stroh's equations; in terms of (ab)_jk = Σ_il a_i C_ijkl b_l, Q = (mm), R = (mn), T = (nn), and τ = traction/q::
 
     du/ds = -i T^-1 R^T u + T^-1 τ
     dτ/ds = (Q - R T^-1 R^T) u - i R T^-1 τ
@@ -9,6 +9,8 @@ equations; in terms of (ab)_jk = Σ_il a_i C_ijkl b_l, Q = (mm), R = (mn), T = (
 A thin layer is integrated by a matrix exponential and doubled until it is as thick as asked, in terms of the forces on
 its two faces, which stay finite however thick it grows (the stiffness-matrix method of layered media: Rokhlin and
 Wang, J. Acoust. Soc. Am. 112, 822 (2002)).
+
+The basal face stands for any solid that is isotropic about the normal of its face.
 """
 
 from functools import lru_cache
@@ -165,3 +167,36 @@ def anisotropic_contact_modulus(tensor: Real, angle: Real) -> Real:
     mm, mn, nn = (np.einsum("tpi,ijkl,tpl->tpjk", a, tensor, b, optimize=True) for a, b in ((m, m), (m, n), (n, n)))
     whole = np.mean(mm - mn @ np.linalg.inv(nn) @ mn.swapaxes(-1, -2), axis=1)
     return np.asarray(2 / np.linalg.inv(whole)[:, 2, 2])
+
+
+class HexagonalConstants(NamedTuple):
+    """Elastic constants of a hexagonal crystal, referred to its c axis as 3, all in one unit."""
+
+    c11: float
+    c12: float
+    c13: float
+    c33: float
+    c44: float
+
+    def require_stable(self) -> None:
+        """Check that the crystal is stable: C11 > |C12|, C44 > 0 and C33 (C11 + C12) > 2 C13².
+
+        Raises ValueError if it is not.
+        """
+        if not (self.c44 > 0 and self.c11 > abs(self.c12) and self.c33 * (self.c11 + self.c12) > 2 * self.c13**2):
+            rules = "C11 > |C12|, C44 > 0 and C33 (C11 + C12) > 2 C13²"
+            raise ValueError(f"elastic constants of a stable hexagonal crystal have {rules}, not {self}")
+
+    def contact_modulus(self) -> float:
+        """E* of the basal face, in the unit of the constants.
+
+        E*² = 4 (C11 C33 - C13²)/C11 / (1/C44 + 2/(√(C11 C33) + C13)), from the point load of H. A. Elliott, Proc.
+        Camb. Phil. Soc. 44, 522 (1948), in this form M. T. Hanson, J. Tribol. 114, 606 (1992), and A. Delafargue and
+        F.-J. Ulm, Int. J. Solids Struct. 41, 7351 (2004).
+
+        Raises ValueError if the crystal is not stable.
+        """
+        self.require_stable()
+        normal = (self.c11 * self.c33 - self.c13**2) / self.c11
+        shear = 1 / self.c44 + 2 / ((self.c11 * self.c33) ** 0.5 + self.c13)
+        return float(2 * (normal / shear) ** 0.5)
