@@ -167,7 +167,7 @@ class SurfaceRoot:
 
 
 def in_single_precision(values: Any) -> bool:
-    """Whether numbers are such that single precision holds them all, as those of most learned potentials."""
+    """True if numbers are such that single precision holds them all, as those of most learned potentials."""
     return bool((np.asarray(values, dtype=np.float32) == np.asarray(values)).all())
 
 

@@ -122,7 +122,7 @@ def _under(relax: _Relax, pressure: float, stiffness: float, separation: float, 
 
 
 def _as_it_was(deck: Deck, displacements: Real) -> bool:
-    """Whether atoms have the neighbours that they have at rest."""
+    """True if atoms have the neighbours that they have at rest."""
     changed = deck.model.atom_style != "bond" and slipped(deck.slab, displacements).any()
     return not changed and distortion(deck.slab, displacements) < LARGEST_DISTORTION
 

@@ -158,7 +158,7 @@ class RoughWall(Calculator):
         # A formula holds everywhere.
         margin = 0 if self._shape is heights else _MARGIN
         self._to_points = np.linalg.inv(self._fitted(periods, points, margin)) * points
-        """From positions in the plane, in Å, as rows, to points of the map."""
+        """Matrix from positions in the plane, in Å, as rows, to points of the map."""
 
     def _map(self, heights: Any, pixel: Any) -> tuple[Shape, Real, Real]:
         """Shape of the wall, its points along either period, and these periods as rows, in Å."""

@@ -56,7 +56,7 @@ class AnySlab:
     lost: float
     """Distance at which atoms are no longer neighbours, between two shells, in a0."""
     depth: float
-    """From the surface to the first frozen atom, in a0."""
+    """Distance from the surface to the first frozen atom, in a0."""
     bottom: float
     """Height below which there is no atom, in a0."""
     about: str

@@ -1,1 +1,1 @@
-"""What a person calls: the public functions of ``atomistic``, and the commands made from them."""
+"""Public functions of ``atomistic``, and the commands made from them."""

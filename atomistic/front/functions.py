@@ -57,7 +57,7 @@ class Elastic(Shown):
     response: LatticeResponse | None = field(repr=False)
     """Lattice Green's function of a slab, if it was asked for."""
     discreteness: Discreteness | None = field(repr=False)
-    """Its convergence to the continuum."""
+    """Convergence of the lattice response to the continuum."""
 
     def sheets(self) -> list[Sheet]:
         """The constants; and the lattice beside the continuum."""

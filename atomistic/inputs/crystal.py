@@ -205,7 +205,7 @@ class CrystalTable(Table):
 
     @property
     def own(self) -> bool:
-        """Whether it is fcc(100), each surface atom of which is a point of a grid."""
+        """True if it is fcc(100), each surface atom of which is a point of a grid."""
         return self.atoms is None and (self.lattice, self.face) == ("fcc", "100")
 
     @cached_property

@@ -38,7 +38,7 @@ class Steps(NamedTuple):
     values: tuple[float, ...]
     """Separation or pressure of each step, in a0 or E*."""
     single: bool = False
-    """Whether it is one equilibrium without a protocol."""
+    """True if it is one equilibrium without a protocol."""
     motion: MotionTable | None = None
     """The wall that moves above warm atoms; the values are then its separations or pressures."""
 
@@ -48,7 +48,7 @@ class ProtocolTable(Table):
 
     kind_key: ClassVar[str] = "kind"
     slides: ClassVar[bool] = False
-    """Whether the wall slides, which needs follows = "atom"."""
+    """True if the wall slides, which needs follows = "atom"."""
 
     def steps(self) -> Steps:
         raise NotImplementedError

@@ -45,7 +45,7 @@ class LawConfig(Document):
 
 
 class SlabFacts(NamedTuple):
-    """What a wall takes from the slab under it."""
+    """Facts about the slab that a wall needs."""
 
     period: tuple[float, float]
     """In Å."""
@@ -74,7 +74,7 @@ def facts_of(path: Path) -> SlabFacts:
 
 
 def _is_data(path: Path) -> bool:
-    """Whether a file is a data file of LAMMPS, whose name may end in any way."""
+    """True if a file is a data file of LAMMPS, whose name may end in any way."""
     with path.open(encoding="utf-8", errors="replace") as file:
         return any(line.split("#")[0].split()[-2:] == ["xlo", "xhi"] for line in islice(file, _HEAD))
 

@@ -170,7 +170,7 @@ def write_archive(
 
 
 def is_complete(path: Path, config: ValidateConfig, *, force: bool) -> bool:
-    """Whether this validation is there; never with ``force``.
+    """True if this validation is there; never with ``force``.
 
     Raises OutputError, and leaves the file unchanged, if it is anything else or damaged.
     """

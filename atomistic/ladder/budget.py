@@ -76,7 +76,7 @@ class BoundVerdict:
 
     @property
     def holds(self) -> bool:
-        """Whether every state is within the bound; a bound without states does not hold."""
+        """True if every state is within the bound; a bound without states does not hold."""
         return self.states > 0 and self.measured <= self.limit
 
     @property

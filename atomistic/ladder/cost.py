@@ -60,7 +60,7 @@ def _atoms_below(config: DeckConfig) -> int:
 
 
 def told_of_writing(config: DeckConfig) -> str:
-    """What it takes to make and write a large deck; empty of a small one."""
+    """Time and memory that a large deck takes to be made and written; empty for a small one."""
     given = config.crystal.given
     # The density of fcc, before any crystal has been measured.
     atoms = np.sqrt(2) * np.prod(config.grid.lengths) * config.slab.depth if given is None else len(given)

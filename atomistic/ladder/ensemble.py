@@ -128,7 +128,7 @@ def carried_bounds(config: ValidateConfig, case: CaseTable) -> tuple[BoundTable,
 
 
 def untested(config: ValidateConfig, case: CaseTable) -> str:
-    """Why the ensemble has no bounds for a case; empty if it has."""
+    """Reason why the ensemble has no bounds for a case; empty if it has."""
     return "; ".join(_alike(config, case)[1])
 
 

@@ -103,7 +103,7 @@ class CrystalWall(NamedTuple):
 
     @property
     def about(self) -> str:
-        """What the atoms keep of the heights, in words."""
+        """Sentence about the part of the heights that the atoms keep."""
         return (
             f"{len(self.sites)} atoms, which keep an rms height of {self.rms_kept:.3g} a0 of the {self.rms_height:.3g} "
             f"a0 of the map (rms difference {self.rms_lost:.3g} a0)"

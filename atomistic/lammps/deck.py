@@ -65,7 +65,7 @@ _OF_ALL_STEPS = ("in.contact", "README.txt", "wall.vtk")
 """Texts that name all steps, or only show the wall."""
 
 WallForce = Literal["formulas", "plugin", "atoms"]
-"""How a wall acts: by formulas of LAMMPS, a plugin, or the atoms of a rigid crystal."""
+"""Kind of wall force: by formulas of LAMMPS, a plugin, or the atoms of a rigid crystal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,7 +302,7 @@ def heights_above(slab: AnySlab, heights: Real, profile: Real, shape: Shape | No
 
 
 def _near(deck: Deck) -> str:
-    """Whether an atom is high enough to be reached by the wall, in LAMMPS' language."""
+    """True if an atom is high enough to be reached by the wall, in LAMMPS' language."""
     depth = deck.surface + deck.lowest - felt(deck.law)
     if not np.isfinite(depth):
         return "gmask(all)"
@@ -401,7 +401,7 @@ def least_version(what: str) -> str:
 
 
 def wall_lines(wall_force: WallForce, values: Mapping[str, object]) -> dict[str, str]:
-    """What every script of a wall contains: how it acts on the atoms, and its numbers."""
+    """Lines that every script of a wall contains: its force on the atoms, and its numbers."""
     return {
         name: filled(read_template(f"wall.{of}"), values) for name, of in (("acts", wall_force), ("numbers", "numbers"))
     }

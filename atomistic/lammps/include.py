@@ -122,7 +122,7 @@ class WallInclude:
 
     @property
     def about(self) -> str:
-        """Its period, heights and law in real units, in one line."""
+        """Period, heights and law of the wall in real units, in one line."""
         real = Units.metal(self.a0, self.contact_modulus)
         lx, ly = (self.a0 * length for length in self.period)
         rise = self.a0 * float(np.ptp(map_of(self.shape, self.grid)))
@@ -130,7 +130,7 @@ class WallInclude:
         return f"{lx:.4g} x {ly:.4g} Å, {rise:.3g} Å high, {work}, reaches {reach:.3g} Å beyond {self.a0:.4g} Å"
 
     def steps(self, directory: Path) -> list[str]:
-        """What is left to do, in lines for a person."""
+        """Steps that are left to the user, one line each."""
         line = "set      variable wall_surface_atoms equal ...   the number of atoms of the surface plane, first"
         if self.surface_atoms:
             area = self.a0**2 * self.period[0] * self.period[1] / self.surface_atoms

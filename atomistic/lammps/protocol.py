@@ -51,7 +51,7 @@ class Protocol:
         return self
 
     def about(self) -> Mapping[str, object]:
-        """Its entries in ``deck.json`` beside the number of steps."""
+        """Entries of the protocol in ``deck.json`` beside the number of steps."""
         return {}
 
     def placeholders(self, model: AnyModel, slab: AnySlab) -> dict[str, str]:
@@ -130,7 +130,7 @@ AVERAGES = {
 }
 """Traced quantities and their names in LAMMPS; units as in ``result.json``."""
 ENERGIES = ("work_along", "work_up", "taken_by_wall", "heat", "inner_energy")
-"""What a window says of its energy, in E* a0³.
+"""Columns of the energy of a window, in E* a0³.
 
 Work that the wall did as it slid, and as it moved up or down; of the latter, what a wall that keeps a pressure took
 beyond the work of that pressure; heat from the thermostat; energy of atoms and wall at the end, with their motion.

@@ -65,7 +65,7 @@ class DeckStatus(enum.Enum):
 
     @property
     def ok(self) -> bool:
-        """Whether the state is an equilibrium of the problem as posed, or one of a motion that was averaged."""
+        """True if the state is an equilibrium of the problem as posed, or one of a motion that was averaged."""
         return self in (DeckStatus.CONVERGED, DeckStatus.AVERAGED)
 
 
@@ -109,7 +109,7 @@ class DeckResult:
     start_force: float = quantity("E* a0^2", "largest force where it started, of a deck with relaxed starts", np.nan)
     moved: float = quantity("a0", "largest distance of an atom from where it started, likewise", np.nan)
     bonded: bool = False
-    """Whether bonds are fixed, so that neighbours cannot change."""
+    """True if bonds are fixed, so that neighbours cannot change."""
     structure: NDArray[np.int64] | None = field(default=None, repr=False)
     """Structure by common neighbours, shape (layers, nx, ny): 1 fcc, 2 hcp, 3 bcc, 4 icosahedral, 5 other (D. Faken and
     H. Jónsson, Comput. Mater. Sci. 2, 279 (1994)); None with fixed bonds, or of an earlier deck."""
@@ -125,7 +125,7 @@ class DeckResult:
     """Samples over the time window, by name, each of shape (samples,), in these units, with the time ``step`` of each;
     empty for an equilibrium, and of an earlier deck."""
     energies: Mapping[str, float] = field(default_factory=dict, repr=False)
-    """What the window says of its energy, in E* a0³, by :data:`atomistic.lammps.protocol.ENERGIES`; empty as above."""
+    """Energies of the window, in E* a0³, by :data:`atomistic.lammps.protocol.ENERGIES`; empty as above."""
 
     @property
     def load_rep(self) -> float:
@@ -220,7 +220,7 @@ class DeckDescription:
     files: Mapping[str, str] = field(default_factory=dict)
     """Names of the files of the potential as they were given, by their names in the deck."""
     bonded: bool = False
-    """Whether bonds are fixed."""
+    """True if bonds are fixed."""
     relaxed: int = 0
     """Number of first steps whose starts were relaxed before."""
     temperature: float = 0.0

@@ -28,7 +28,7 @@ _BEYOND = {
     "atom attribute q": "atoms have no charges here, which comb, ReaxFF and their like need: use another potential",
     "metal units are in use": "`pair-style` is in LAMMPS' units `metal`: use a potential in these",
 }
-"""What of the messages of LAMMPS says that a potential is none for us, and why."""
+"""Parts of LAMMPS' messages about a potential that cannot be used here, with the reason."""
 
 
 class LammpsHandle:

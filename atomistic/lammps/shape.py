@@ -298,7 +298,7 @@ _FORMULAS: dict[type[Surface], Callable[[Any, _Period], Shape]] = {
 
 
 def has_formula(surface: Surface) -> bool:
-    """Whether a surface has a formula for LAMMPS between the sites."""
+    """True if a surface has a formula for LAMMPS between the sites."""
     return type(surface) in _FORMULAS
 
 

@@ -62,7 +62,7 @@ class DeckCertificate(Shown):
 
     directory: Path
     steps: tuple[StepCertificate, ...]
-    """Its equilibria."""
+    """Certificates of the equilibria."""
     unconverged: tuple[str, ...] = ()
     """Steps that are no equilibria by what is stored, and were not looked at."""
 
@@ -75,7 +75,7 @@ class DeckCertificate(Shown):
 
     @property
     def ok(self) -> bool:
-        """Whether something was looked at, and all of it is sound."""
+        """True if something was looked at, and all of it is sound."""
         return not self.faults
 
     def sheets(self) -> list[Sheet]:

@@ -170,7 +170,7 @@ class DeckSteps:
     """Heights of the wall at the points of the grid of the slab, in a0: above the lattice sites of fcc(100)."""
     steps: tuple[DeckStep, ...]
     gaps: Real = field(repr=False)
-    """At each surface atom, shape ``(steps, *slab.shape)``, in a0."""
+    """Gap at each surface atom, shape ``(steps, *slab.shape)``, in a0."""
     last: DeckResult = field(repr=False)
     slips: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0, 0), np.int64), repr=False)
     """Atoms below each surface atom, itself included, with other nearest neighbours than before, shape as ``gaps``."""
@@ -224,7 +224,7 @@ class DeckSteps:
 
     @property
     def finished(self) -> bool:
-        """Whether all steps are finished."""
+        """True if all steps are finished."""
         return len(self.steps) == self.expected
 
     @property
@@ -333,7 +333,7 @@ class DeckSteps:
 
     @property
     def plastic(self) -> bool | None:
-        """Whether atoms still have other neighbours when they are :attr:`unloaded`; None if that is not known.
+        """True if atoms still have other neighbours when they are :attr:`unloaded`; None if that is not known.
 
         Slip that is left under a load may still spring back.
         """
@@ -387,7 +387,7 @@ class DeckSteps:
 
     @property
     def converged(self) -> bool:
-        """Whether there are finished steps, and each is an equilibrium, or an averaged window of a motion."""
+        """True if there are finished steps, and each is an equilibrium, or an averaged window of a motion."""
         return bool(self.steps) and all(DeckStatus[step.status].ok for step in self.steps)
 
     @property
@@ -402,7 +402,7 @@ class DeckSteps:
 
     @property
     def incomparable(self) -> str:
-        """Why it cannot be compared with the continuum, in a sentence; empty if it can."""
+        """Reason why the deck cannot be compared with the continuum, in a sentence; empty if it can."""
         if self.slides:
             return "The wall slides, which the continuum cannot model: there is no comparison."
         return ""

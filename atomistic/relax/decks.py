@@ -53,7 +53,7 @@ class DeckParts(NamedTuple):
     model: AnyModel
     wall: Wall
     heights: Real
-    """At the points of the grid of the slab, in a0."""
+    """Heights of the wall at the points of the grid of the slab, in a0."""
     steps: Steps
     shape: Shape | None
     """The wall as a function of the position; None for lattice sites."""

@@ -127,7 +127,7 @@ class RelaxationResult:
     """Largest force on a mobile atom before each iteration, in E* a0²; the displacements are those with the
     smallest."""
     converged: bool
-    """Whether the smallest force is below half the tolerance of the deck."""
+    """True if the smallest force is below half the tolerance of the deck."""
 
     @property
     def evaluations(self) -> int:
@@ -207,7 +207,7 @@ def _deep_push(deck: Deck, u: Real) -> Real | float:
 
 
 def falling(largest: list[float]) -> bool:
-    """Whether the largest force, of each evaluation until now, is still decreasing."""
+    """True if the largest force, of each evaluation until now, is still decreasing."""
     recent = largest[-_PATIENCE:]
     return bool(np.isfinite(largest[-1])) and (
         len(largest) <= _PATIENCE or min(recent) < 0.5 * min(largest[:-_PATIENCE])

@@ -26,11 +26,11 @@ class WindowMean:
     drift: float
     """Change of the fitted straight line from the first window to the last; zero for fewer than three."""
     drifts: bool
-    """Whether windows of a steady state drift as much with a probability below :data:`RARE`."""
+    """True if windows of a steady state drift as much with a probability below :data:`RARE`."""
     scatter: float
     """Scatter of the windows about their mean, over their own standard errors; 1 is expected."""
     scatters: bool
-    """Whether windows of a steady state scatter as much with a probability below :data:`RARE`."""
+    """True if windows of a steady state scatter as much with a probability below :data:`RARE`."""
 
     @classmethod
     def of(cls, values: Real, errors: Real) -> Self:
@@ -144,7 +144,7 @@ class EnergyBalance:
     taken: float
     """Energy that a wall that keeps a load took, beyond that work, by its drag less its noise; else zero."""
     taken_error: float
-    """Its standard error, by the scatter of the windows; infinite for a single one."""
+    """Standard error of the work taken, by the scatter of the windows; infinite for a single one."""
     heat: float
     """Heat from the thermostat."""
     kept: float

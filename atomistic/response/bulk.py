@@ -35,7 +35,7 @@ _VOIGT = [0, 1, 2, 5, 4, 3]
 _TILTS = [1, 2, 2], [0, 0, 1]
 """Places of xy, xz and yz in a box whose rows are its edges."""
 _ASIDE = 0.0137
-"""Where a piece of a slab begins, in cells: beside the sites of any crystal."""
+"""Start of a piece of a slab, in cells: beside the sites of any crystal."""
 _MEASURED: dict[str, AnyCrystalModel] = {}
 
 

@@ -140,7 +140,7 @@ def _steps_of(config: ValidateConfig) -> list[StepName]:
 
 
 def _unfelt(config: ValidateConfig) -> list[str]:
-    """Why the depth is no column."""
+    """Reason why the depth is not a column."""
     if "depth" in _steps_of(config):
         return []
     return [

@@ -1,4 +1,4 @@
-"""What a person calls: the public functions and classes of ``continuum``, and the commands made from them.
+"""Public functions and classes of ``continuum``, and the commands made from them.
 
 Results show themselves as small tables in a notebook.
 """

@@ -158,7 +158,7 @@ class PointCertificate(Examination):
     step: int
     point: Point
     again: bool = False
-    """Whether the state was computed again, as it was not stored."""
+    """True if the state was computed again, as it was not stored."""
 
 
 @dataclass(frozen=True)
@@ -205,7 +205,7 @@ class Certificate(Shown):
     refused: tuple[str, ...] = ()
     """Files of a sweep that cannot be certified, and why."""
     files: tuple[FileCertificate, ...] = ()
-    """What was looked at in each file beside its states."""
+    """Checks of each file beside its states."""
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -218,7 +218,7 @@ class Certificate(Shown):
 
     @property
     def ok(self) -> bool:
-        """Whether something was looked at, and all of it is sound."""
+        """True if something was looked at, and all of it is sound."""
         return not self.faults
 
     def sheets(self) -> list[Sheet]:
@@ -352,7 +352,7 @@ def certify_run(result: Result, system: RunSetup, beside: Set[str]) -> Iterator[
 
 
 _Aim = tuple[Control, float, Search]
-"""What the input asks of a point."""
+"""Target of a point as the input has it: control, value, and search."""
 
 
 def _checks(
@@ -383,7 +383,7 @@ def _checks(
 
 
 def _at_its_target(aim: _Aim, numbers: Mapping[str, Found], size: int, allowed: float) -> Iterator[Check]:
-    """Whether a state is where the input asks for it, if that follows from its gap."""
+    """True if a state is where the input asks for it, if that follows from its gap."""
     control, target, search = aim
     name = {"mean-gap": "mean_gap", "mean-pressure": "load", "repulsive-area": "area_rep"}.get(control, control)
     if name in numbers:

@@ -313,7 +313,7 @@ class State(PathState):
 
     @property
     def _ended(self) -> str:
-        """How it ended, and whether its area is that of few points."""
+        """End of the solve in words, and whether its area is that of few points."""
         few = self.converged and state.counts_few(self, self.contact.area_tolerance)
         return f"{self.status}, {state.NEAREST}" if few else self.status
 
@@ -542,17 +542,17 @@ class FoundThreshold:
 
     @property
     def jumps(self) -> bool:
-        """Whether the load jumps over zero: the surface snaps, and no state has zero load."""
+        """True if the load jumps over zero: the surface snaps, and no state has zero load."""
         return self.bracket is not None and self.bracket.kind == "jump-in"
 
     @property
     def converged(self) -> bool:
-        """Whether a bracket was found, with equilibria at both ends."""
+        """True if a bracket was found, with equilibria at both ends."""
         return self.state.converged
 
     @property
     def status(self) -> str:
-        """How the search ended, in words."""
+        """End of the search, in words."""
         return self.state.status
 
     def require(self) -> FoundThreshold:

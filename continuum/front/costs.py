@@ -1,4 +1,4 @@
-"""What a run or a sweep costs, before it is run: memory and states from its input, its time from what was measured."""
+"""Cost of a run or a sweep before it is run: memory and states by its input, time by systems that have ended."""
 
 import tempfile
 import time
@@ -35,9 +35,9 @@ class SystemCost:
     key: str
     """Identity; empty between the ends of a search."""
     kind: str
-    """Its grid, in words."""
+    """Grid of the system, in words."""
     config: RunConfig
-    """Its input, perhaps with another seed."""
+    """Input of the system, perhaps with another seed."""
     cost: Cost
 
 

@@ -18,13 +18,13 @@ class Diagnosis:
 
     name: str
     found: str
-    """What was found."""
+    """Finding, in words."""
     problem: str = ""
-    """What is wrong with it; empty if nothing is."""
+    """Problem with the finding; empty if there is none."""
     remedy: str = ""
-    """What to do."""
+    """Next step for the user."""
     needed: bool = True
-    """Whether the program cannot do its work with the problem."""
+    """True if the program cannot do its work with the problem."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Doctor:
 
     @property
     def ok(self) -> bool:
-        """Whether the program can do its work here."""
+        """True if the program can do its work here."""
         return not any(check.problem and check.needed for check in self.checks)
 
     @property
@@ -68,7 +68,7 @@ def diagnosed(found: Doctor) -> int:
 
 
 def of_the_installation(names: str) -> Iterator[Diagnosis]:
-    """Whether the requirements of these names are there, a pattern, and no other program is in our packages."""
+    """True if the requirements of these names are there, a pattern, and no other program is in our packages."""
     yield Diagnosis("stickiness", version_of(installed.NAME) or "not installed; run from its sources")
     lacking = installed.missing(names) if version_of(installed.NAME) else {}
     listed = ", ".join(f"{what} ({found})" for what, found in lacking.items())

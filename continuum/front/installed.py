@@ -27,7 +27,7 @@ def beside_ours() -> list[metadata.Distribution]:
 
 
 def told(others: list[metadata.Distribution]) -> str:
-    """Whose files are mixed with ours."""
+    """Name and version of the distribution whose files are mixed with ours."""
     listed = " and ".join(f"{one.metadata['Name']} {one.version}" for one in others)
     return (
         f"another distribution, {listed}, brings an import package of the same name: files of one overwrite the other's"

@@ -87,7 +87,7 @@ OPTIONS: Mapping[str, Parameter] = {
     "browser": Parameter(negative="--no-browser"),
     "solve": Parameter(negative="--no-solve"),
 }  # fmt: skip
-"""What an argument of this name is on a command line, where more is to be said than its type and its description."""
+"""Options of arguments by name, where a command line needs more than type and description."""
 
 
 def program(

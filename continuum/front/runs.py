@@ -97,7 +97,7 @@ def _time_of(config: RunConfig, *, measure: bool) -> tuple[str, str, str]:
 
 
 def _shared(config: RunConfig) -> list[tuple[str, str, str]]:
-    """What each device of several has and sends."""
+    """Memory and traffic of each device of several."""
     if config.solver.shards == 1:
         return []
     share = Share.of(config)

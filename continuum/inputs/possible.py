@@ -1,4 +1,4 @@
-"""What is physically possible: the one judge of moduli, works of adhesion, lengths, masses and elements.
+"""Physical bounds: the one judge of moduli, works of adhesion, lengths, masses and elements.
 
 A quantity beyond these bounds has been given in another unit, or by a slip.  Every place where a person gives one asks
 here, so that no bound is written twice:
@@ -25,7 +25,7 @@ Kind = Literal["modulus", "work", "range", "spacing", "thickness", "probe", "tip
 
 
 class Bounds(NamedTuple):
-    """From which number to which a quantity is possible, in SI, and what has it."""
+    """Smallest and largest possible value of a quantity, in SI, with materials that have them."""
 
     quantity: units.Quantity
     least: float
@@ -73,7 +73,7 @@ def ends(kind: Kind) -> str:
 
 
 def fault(value: float, kind: Kind) -> str:
-    """Why a number in SI is not possible; empty if it is."""
+    """Reason why a number in SI is not possible; empty if it is."""
     bounds = POSSIBLE[kind]
     return "" if bounds.least <= value <= bounds.most else f"no {bounds.of} has this; possible are {ends(kind)}"
 

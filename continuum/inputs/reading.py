@@ -143,7 +143,7 @@ _WORDS: Mapping[str, str] = {
     "string_pattern_mismatch": "text of this form",
     "string_type": "text in quotes",
 }
-"""What is allowed, where files have words of their own."""
+"""Allowed values in the words of files, by kind of fault."""
 
 
 def _complete(

@@ -47,7 +47,7 @@ class TableEntry(NamedTuple):
     """A table of an input file, of one of its kinds."""
 
     place: str
-    """With its brackets, as in the file."""
+    """Name of the table with its brackets, as in the file."""
     kind: str
     """``kind = "..."``, which says which one it is; empty if there is only one."""
     meaning: str

@@ -59,7 +59,7 @@ from continuum.inputs.arguments import ArgumentError, hint
 from continuum.inputs.keys import frozen, parts, what_is_allowed
 
 Key = tuple[str | int, ...]
-"""Where a value stands: names of tables and keys, and indices of arrays."""
+"""Place of a value in a file: names of tables and keys, and indices of arrays."""
 STRICT = ConfigDict(strict=True, allow_inf_nan=False, defer_build=True)
 """Numbers are no texts and no booleans, and all of them are finite.  A table is compiled when it is first read."""
 _Method = TypeVar("_Method", bound=Callable[..., Iterator["Fault"]])
@@ -136,7 +136,7 @@ class Table(BaseModel):
 
     @classmethod
     def is_family(cls) -> bool:
-        """Whether this class stands for all its kinds."""
+        """True if this class stands for all its kinds."""
         return bool(vars(cls).get("kind_key"))
 
     @classmethod
@@ -252,7 +252,7 @@ def _init_of(fields: Mapping[str, FieldInfo]) -> Any:
 
 @dataclass_transform(kw_only_default=False, field_specifiers=(Field,))
 class Description(Table):
-    """What an input describes and Python makes, with the same fields: a wall, a substrate, a surface.
+    """Table of an input that is also a class of Python: a wall, a substrate, a surface.
 
     The fields are the arguments in Python, by position or by name, and the keys of a table.  Objects are immutable;
     they compare, hash and pickle by their fields.  In an input a bound may be narrower: :class:`InInputs`.

@@ -147,7 +147,7 @@ def _text(path: Path) -> str:
 
 
 def _is_deep(data: Any) -> bool:
-    """Whether tables and arrays are nested too deep; found without recursion, which has a limit of its own."""
+    """True if tables and arrays are nested too deep; found without recursion, which has a limit of its own."""
     level = [data]
     for _ in range(_DEEPEST):
         inner = [item.values() if isinstance(item, Mapping) else item for item in level]

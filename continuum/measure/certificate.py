@@ -24,7 +24,7 @@ area on the map."""
 ACCURACY = 1e-3
 """Residual of the eigenvector at which to stop, relative to the largest softening, or to K of the longest wave."""
 NO_TRACTION = "under a hard wall no traction follows from the gap of a part of a half-space alone"
-"""Why a state without periodic images is not certified under a hard wall."""
+"""Reason why a state without periodic images is not certified under a hard wall."""
 SINGLE = float(np.finfo(np.float32).eps) / 2
 """Largest rounding of a number that was stored in single precision, relative to it."""
 TINY = float(np.finfo(np.float32).smallest_subnormal)

@@ -16,13 +16,13 @@ def folder_for(name: str = "") -> Path | None:
 
 
 def at_home() -> bool:
-    """Whether the user has a folder of caches that can be written."""
+    """True if the user has a folder of caches that can be written."""
     home = _of_user()
     return home is not None and writable(home)
 
 
 def writable(folder: Path) -> bool:
-    """Whether a file can be made in a folder, which is made if it is not there."""
+    """True if a file can be made in a folder, which is made if it is not there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()

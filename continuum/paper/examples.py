@@ -25,11 +25,11 @@ class Example:
     about: str
     quantity: str
     paper: str
-    """As printed."""
+    """Value as printed."""
     value: float
     unit: str
     why: str
-    """Its origin, and the reason if it differs from the paper's."""
+    """Origin of our value, and the reason if it differs from the paper's."""
 
 
 class LennardJonesCrystal(NamedTuple):

@@ -359,11 +359,11 @@ class PaperFigure:
     caption: str | Callable[[DataFrame], str]
     """Caption and alternative text; a function if it contains numbers."""
     whole: bool = False
-    """Whether it shows more than its table holds, such as maps."""
+    """True if it shows more than its table holds, such as maps."""
     fields: bool = False
-    """Whether it needs stored gaps."""
+    """True if it needs stored gaps."""
     general: bool = False
-    """Whether every sweep over loads has points for it."""
+    """True if every sweep over loads has points for it."""
 
     @plot.styled
     def make(self, data: SweepData) -> Drawing:

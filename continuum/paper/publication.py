@@ -46,9 +46,9 @@ class Creator(NamedTuple):
     """An author of data."""
 
     name: str
-    """As "Family, Given"."""
+    """Name as "Family, Given"."""
     orcid: str = ""
-    """As 0000-0002-1825-0097; empty if it is not known."""
+    """ORCID as 0000-0002-1825-0097; empty if it is not known."""
 
     @classmethod
     def of(cls, text: str) -> "Creator":
@@ -269,7 +269,7 @@ class Publication:
     """Files of the folder, the page first."""
     table: PointTable
     warnings: tuple[str, ...]
-    """What to correct before publication."""
+    """Points to correct before publication."""
 
 
 def sweep_publish(

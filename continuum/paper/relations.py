@@ -336,7 +336,7 @@ _LAWS = {
     "lennard-jones-spline": "the paper's spline", "spline": "spline of given range", "exponential": "exponential",
     "lennard-jones-12-6": "12-6: tail $z^{-6}$", "lennard-jones-9-3": "9-3: tail $z^{-3}$",
 }  # fmt: skip
-"""What a law is called in a figure, in the order of their tails; the tails are those of the energy."""
+"""Names of laws in figures, in the order of their tails; the tails are those of the energy."""
 _AROUND = ("spline", "exponential")
 """Chosen to lie where another law does: open symbols around its own."""
 

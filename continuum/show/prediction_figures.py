@@ -198,7 +198,7 @@ def load_figure(prediction: PredictionNumbers) -> Figure | None:
 
 
 def _draw_deciding(axis: Axes, threshold: MapThreshold) -> str:
-    """By which heights the threshold changes most; where that is not known, the gap within the range.  Its title."""
+    """Draw the heights that change the threshold most, or the gap within the range; returns the title."""
     if threshold.state is None:
         values, ends, label = threshold.distance / threshold.wall.range, (0.0, 1.0), "gap over range"
         title = "gap within the range"

@@ -32,7 +32,7 @@ Told = Callable[[str], None]
 """Hears what is being done; may raise an InputError to stop it."""
 _LONGEST = 200
 _FAULTS = "Faulty map"
-"""How the statement about faults begins: the page has buttons in its place."""
+"""First words of the statement about faults: the page has buttons in its place."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,7 @@ class View:
                 shutil.rmtree(folder, ignore_errors=True)
 
     def is_open(self, path: Path) -> bool:
-        """Whether a file is the open map or the open results."""
+        """True if a file is the open map or the open results."""
         results = () if self.results is None else self.results.runs.values()
         return path in results or (self.opened is not None and path in self.opened.paths)
 
@@ -180,12 +180,12 @@ class View:
 
 
 def _settled(threshold: MapThreshold, work: float) -> bool:
-    """Whether a threshold is from one state without adhesion, and decides a work without a search."""
+    """True if a threshold is from one state without adhesion, and decides a work without a search."""
     return threshold.source is Basis.STATE and threshold.sticky(work) is not None
 
 
 def _same_but_work(one: Prediction, other: Prediction) -> bool:
-    """Whether two predictions are of the same heights and bodies, but for w and for what is read off the curve."""
+    """True if two predictions are of the same heights and bodies, but for w and for what is read off the curve."""
     maps = [[(each.digest, each.lengths, each.periodic) for each in found.topographies] for found in (one, other)]
     read = {name: getattr(other.interface, name) for name in ("work_of_adhesion", "pressure", "load", "probe")}
     return maps[0] == maps[1] and replace(one.interface, **read) == other.interface

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from continuum.front.predict import READ, prepared
 from continuum.inputs import units
@@ -18,7 +19,6 @@ from continuum.maps.mending import cut_off, detrend, fill_outliers
 from continuum.maps.quantities import length_of, share
 from continuum.maps.roughness import areal_parameters
 from continuum.maps.verdict.prediction import PredictionNumbers
-from continuum.model.fourier import Real
 
 _POINTS = 512
 """Points along a side that are sent to be drawn, at most."""
@@ -28,7 +28,7 @@ _UNKNOWN: tuple[tuple[str, dict[str, str | None]], ...] = (
     ("give `unit`", {"unit": "m"}),
     ("the unit of its positions", {"size": None, "unit": "m,m"}),
 )
-"""What is assumed to show a map whose file, as the message says, lacks it."""
+"""Assumptions with which a map is shown whose file, as the message says, lacks them."""
 
 
 def prepared_once(maps: Sequence[Path], given: Mapping[str, Any]) -> tuple[list[Topography], list[Topography]]:
@@ -105,7 +105,7 @@ def _roughness(topography: Topography, lacks: Container[str]) -> Iterator[tuple[
         yield name, units.readable(value, "length", 3) if in_length else f"{value:.3g}"
 
 
-def _bearing(judged: Real, measured: Real) -> list[list[float]]:
+def _bearing(judged: NDArray[np.float64], measured: NDArray[np.float64]) -> list[list[float]]:
     """Share of the area above a height, in %, and that height above the mean: as judged, as measured, Gaussian."""
     area = np.linspace(0.001, 0.999, 200)
     both = [np.quantile(heights - heights.mean(), 1 - area) for heights in (judged, measured)]
@@ -113,7 +113,7 @@ def _bearing(judged: Real, measured: Real) -> list[list[float]]:
     return found
 
 
-def correction_of(topography: Topography, fault: MapFault) -> Real | None:
+def correction_of(topography: Topography, fault: MapFault) -> NDArray[np.float64] | None:
     """Heights that a correction takes off, shape (nx, ny); None if the corrected map has other points."""
     told = fault.arguments
     if not told or not told.keys() <= {"detrend", "fill", "cutoff"}:
@@ -127,16 +127,16 @@ def correction_of(topography: Topography, fault: MapFault) -> Real | None:
     # A scar is narrower than what is drawn of a large map: the largest number of each block stands for it.
     blocks = _blocks(taken)
     high, low = (scipy.ndimage.maximum_filter(taken, blocks), scipy.ndimage.minimum_filter(taken, blocks))
-    most: Real = np.where(high > -low, high, low)
+    most: NDArray[np.float64] = np.where(high > -low, high, low)
     return most
 
 
-def _blocks(values: Real) -> list[int]:
+def _blocks(values: NDArray[np.float64]) -> list[int]:
     """Points of a map along x and y for each point that is drawn."""
     return [math.ceil(n / _POINTS) for n in values.shape]
 
 
-def map_layer(name: str, topography: Topography, values: Real, kind: str = "height") -> dict[str, Any]:
+def map_layer(name: str, topography: Topography, values: NDArray[np.float64], kind: str = "height") -> dict[str, Any]:
     """Numbers on the points of a map, to be drawn: shape (nx, ny), x slowest, in single precision."""
     nx, ny = _blocks(values)
     sent = np.ascontiguousarray(values[::nx, ::ny], dtype="<f4")

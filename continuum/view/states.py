@@ -19,7 +19,7 @@ from continuum.store.sweeps.folder import Folder
 from continuum.store.sweeps.listing import systems_of
 
 DECK_RUN, DECK_VERSION = "stickiness/deck-run", 2
-"""What `atomistic read` stores."""
+"""Kind and version of the results that `atomistic read` stores."""
 MAPS = ("contact", "gap")
 NUMBERS = ("separation", "mean_gap", "load", "area_rep", "area_att")
 """Numbers of each state, in a0 and E*."""
@@ -77,7 +77,7 @@ class OpenedResults:
 
 
 def is_stored(path: Path) -> bool:
-    """Whether a file is a stored run of the continuum or of a deck."""
+    """True if a file is a stored run of the continuum or of a deck."""
     return store.schema_of(path) in _READERS
 
 

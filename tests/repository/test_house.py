@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
 from itertools import pairwise
+from pathlib import Path
+from traceback import walk_stack
+from types import FrameType
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
+from continuum.front.cli import main
 from docs.house import APART, DRAWING, ROOT, below, edges, levels, places, reduced, rooms
 
 pytestmark = pytest.mark.style
 
 PAGE = (ROOT / "docs/house.md").read_text(encoding="utf-8")
-WALK = PAGE.partition("## Four call chains")[2].partition("## The rooms")[0]
+WALK = PAGE.partition("## Where to look")[2].partition("## The rooms")[0]
 STEP = r"`([\w.]+)` in\s`((?:atomistic|continuum)/[\w/]+\.py)`"
 
 
@@ -64,7 +70,7 @@ def test_what_the_walk_names_is_there_and_each_function_of_a_list_calls_the_next
     for path in re.findall(r"`((?:atomistic|continuum)/[\w/]+\.\w+)`", WALK):
         assert (ROOT / path).is_file(), path
     lists = re.findall(r"(?:^\d+\. .*\n(?:   .*\n)*)+", WALK, re.MULTILINE)
-    assert len(lists) == WALK.count("\n### ") == 4
+    assert len(lists) == WALK.count("\n### ") == 3
     for each in lists:
         steps = re.findall(rf"^\d+\. {STEP}", each, re.MULTILINE)
         assert len(steps) == len(re.findall(r"^\d+\. ", each, re.MULTILINE)) > 3
@@ -76,6 +82,38 @@ def test_each_name_in_the_walk_that_has_a_module_says_where_it_is() -> None:
     """So that every step can be jumped to: a dotted name stands with its file."""
     named = set(re.findall(r"`(\w+\.\w+)`", WALK))
     assert named - {name for name, _ in re.findall(STEP, WALK)} == {"Contact.press"}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("command", "last"),
+    [
+        (["run", "inputs/smoke/nonadhesive.toml"], ("smooth_grid.py", "_step_along")),
+        (["predict", "map.npy", "--size", "10um", "--unit", "nm", "--modulus", "2MPa", "--poisson", "0.5",
+          "--work", "50mJ/m2", "--range", "5nm"], ("bound_grid.py", "curvature")),
+    ],
+)  # fmt: skip
+def test_a_command_reaches_compiled_code_through_twelve_files(
+    command: list[str], last: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Those of the calls that are open when the compiled grids first sweep over the points of a contact."""
+    np.save(tmp_path / "map.npy", 2 * np.random.default_rng(1).standard_normal((32, 32)))
+    named = [str(tmp_path / word) if word == "map.npy" else word for word in command]
+    walked: list[str] = []
+
+    def record(frame: FrameType, event: str, argument: object) -> None:
+        code = frame.f_code
+        if event == "call" and not walked and (Path(code.co_filename).name, code.co_name) == last:
+            open_calls = (call.f_code.co_filename for call, _ in walk_stack(frame))
+            walked.extend(file for file in open_calls if file.startswith(str(ROOT / "continuum")))
+
+    sys.setprofile(record)
+    try:
+        main([*named, "-o", str(tmp_path)])
+    finally:
+        sys.setprofile(None)
+    capsys.readouterr()
+    assert 8 < len(set(walked)) <= 12
 
 
 def test_no_room_is_drawn_on_another() -> None:

@@ -44,7 +44,7 @@ class CurvePoint(NamedTuple):
     gap: float
     """Mean gap beyond the gap of zero traction."""
     doubt: str = ""
-    """Why the curve is less certain here, and a pull-off stress a lower bound; empty within its tested range."""
+    """Reason why the curve is less certain here, and a pull-off stress a lower bound; empty within its tested range."""
 
 
 class UnderAdhesion(NamedTuple):
@@ -65,7 +65,7 @@ class MapCurve:
     """Load, area and mean gap of a map on approach, for every work of adhesion."""
 
     curve: AdhesionCurve
-    """In the units of the solver."""
+    """Adhesion curve in the units of the solver."""
     stress: float
     """Pressure of the unit of load, in the units of the interface."""
     scale: float
@@ -173,7 +173,7 @@ class MapCurve:
         )
 
     def _doubt(self, found: Reading) -> str:
-        """Why the curve is less certain at a state."""
+        """Reason why the curve is less certain at a state."""
         patches = found.patches / self.own
         if not found.inside:
             return "it is the last state of the curve"
@@ -182,7 +182,7 @@ class MapCurve:
         return "adhesion opens the gaps by much" if found.x > LARGEST_X else ""
 
     def _snaps(self, found: Reading, work: float) -> str:
-        """Whether summits snap at the least load, so that more is held on the way back."""
+        """True if summits snap at the least load, so that more is held on the way back."""
         if found.area == 0:
             return ""
         there = self.curve.at([found.area])

@@ -104,7 +104,7 @@ class Estimate:
     """Unit: "" for a pure number, else a dimension such as "length" or "pressure"."""
     source: str
     why: tuple[str, ...] = ()
-    """Why it is out of its range here; empty if it is in range."""
+    """Reasons why the criterion is out of its range here; empty if it is in range."""
     margin: float | None = None
     """w over the w at which the verdict changes; None if the theory gives no verdict."""
     key: str = ""
@@ -134,7 +134,7 @@ class Limit:
     most: float = float("inf")
 
     def why(self, contact: RoughContact) -> str:
-        """Why the contact is out of the range, in words; empty if it is not."""
+        """Reasons why the contact is out of the range, in words; empty if it is not."""
         value = self.quantity(contact)
         return "" if self.least <= value <= self.most else self.text.format(value)
 
@@ -144,7 +144,7 @@ class Criterion:
     """A criterion of stickiness, or a number of a theory: called with a contact it gives an :class:`Estimate`."""
 
     key: str
-    """Its key, also in the record."""
+    """Key of the criterion, also in the record."""
     name: str
     symbol: str
     source: str

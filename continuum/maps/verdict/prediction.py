@@ -136,7 +136,7 @@ class Verdict:
     factor: float | None = None
     """w over the threshold; None where that is not known."""
     why: str = ""
-    """Why it is undecided, or what the answer takes into account, in one sentence."""
+    """Reason why the verdict is undecided, or what it takes into account, in one sentence."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +209,7 @@ class PredictionNumbers:
 
     @property
     def no_map(self) -> str:
-        """Why there is no map that could be pressed, in words; empty if there is one."""
+        """Reason why there is no map that could be pressed, in words; empty if there is one."""
         if any(one.lines or one.measurements for one in self.topographies):
             return "the measurement is not a map"
         spacings = [one.grid.spacing for one in self.topographies]
@@ -411,7 +411,7 @@ _OPEN: tuple[Callable[[PredictionNumbers, bool], Iterator[str]], ...] = (_mended
 
 
 def _holds(prediction: PredictionNumbers, sticky: bool, factor: float) -> bool:
-    """Whether an answer holds with a threshold so many times nearer to, or beyond, the work of adhesion."""
+    """True if an answer holds with a threshold so many times nearer to, or beyond, the work of adhesion."""
     assert prediction.threshold is not None
     work = prediction.contact.work_of_adhesion
     return prediction.threshold.sticky(work / factor if sticky else work * factor) is sticky

@@ -39,7 +39,7 @@ class Blocks(NamedTuple):
 
     @property
     def enough(self) -> bool:
-        """Whether they tell a sampling error."""
+        """True if they tell a sampling error."""
         return self.nx * self.ny >= FEWEST_BLOCKS
 
     @classmethod

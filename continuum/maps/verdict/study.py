@@ -54,7 +54,7 @@ class Spot:
     files: tuple[str, ...]
     found: PredictionNumbers | None = field(repr=False)
     error: str = ""
-    """Why it could not be used; empty if it was."""
+    """Reason why the spot could not be used; empty if it was."""
 
     @property
     def answer(self) -> Answer | None:
@@ -82,7 +82,7 @@ class Spot:
 
     @property
     def open(self) -> bool:
-        """Whether it is undecided for another reason than that w lies in the interval of its threshold."""
+        """True if it is undecided for another reason than that w lies in the interval of its threshold."""
         found = self.found
         if found is None or found.threshold is None or self.answer != "undecided":
             return False

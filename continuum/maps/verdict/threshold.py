@@ -93,7 +93,7 @@ class RangePoint(NamedTuple):
     low: float
     high: float
     known: bool = True
-    """Whether the state answers it; else low and high are bounds."""
+    """True if the state answers it; else low and high are bounds."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -121,7 +121,7 @@ class MapThreshold:
     range: float
     """Effective range that it holds for."""
     why: tuple[str, ...] = ()
-    """Why the interval is wide, in words; empty within the range of the statement, and of a search."""
+    """Reasons why the interval is wide; empty within the range of the statement, and of a search."""
     dmt: float = np.nan
     """w_DMT, where adhesion deforms nothing."""
     chi: float = np.nan
@@ -137,7 +137,7 @@ class MapThreshold:
     mean_gap: float = np.nan
     """Mean gap at the threshold, in the unit of ``grid``."""
     jumps: bool = False
-    """Whether the load jumps over zero at the threshold, as the surface snaps; known to a search only."""
+    """True if the load jumps over zero at the threshold, as the surface snaps; known to a search only."""
     solves: int = 0
     """Trial states of a search."""
     left_out: float = 0.0
@@ -178,7 +178,7 @@ class MapThreshold:
         return np.asarray(np.log10(np.maximum(self.of_map(deciding) / deciding.max(), 10**-decades)))
 
     def sticky(self, work: float) -> bool | None:
-        """Whether a work of adhesion is sticky; None where that is undecided."""
+        """True if a work of adhesion is sticky; None where that is undecided."""
         return True if work > self.high else False if work < self.low else None
 
     @property
@@ -191,7 +191,7 @@ class MapThreshold:
         return low, high
 
     def surface_sticky(self, work: float) -> bool | None:
-        """Whether a work of adhesion is sticky on the whole surface; None where that is undecided."""
+        """True if a work of adhesion is sticky on the whole surface; None where that is undecided."""
         low, high = self.of_surface
         return True if work > high else False if work < low else None
 
@@ -203,9 +203,9 @@ class _Interval(NamedTuple):
     low: float
     high: float
     why: tuple[str, ...]
-    """Why the interval is wide."""
+    """Reasons why the interval is wide."""
     known: bool = True
-    """Whether it is that of the state; else low and high are bounds."""
+    """True if it is that of the state; else low and high are bounds."""
 
 
 def by_law(energy: float, height: float, reach: float, shares: tuple[float, float]) -> tuple[float, float, float]:
@@ -408,7 +408,7 @@ class PressedMap:
         return _Interval(work, low / wide, high * wide, why)
 
     def _without(self, work: float, chi: float, reach: float) -> Iterator[str]:
-        """Why the series says nothing here."""
+        """Reason why the series says nothing here."""
         if not work > 0:
             yield "this range of attraction is beyond first orders"
         elif not LEAST_CHI <= chi <= MOST_CHI:
