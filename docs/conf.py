@@ -10,6 +10,7 @@ from latex2mathml.converter import convert
 from matplotlib import pyplot as plt
 from PIL import Image
 from pygments.lexers import TextLexer
+from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
@@ -110,6 +111,59 @@ def _sized(app: Sphinx, tree: nodes.document) -> None:
                     image["width"] = f"{96 * picture.width / dots:.0f}px"
 
 
+_SYMBOL = re.compile(
+    r"(?<![\w'′.$])(?:"
+    r"(?P<letter>[A-Za-zα-ωΑ-Ωℓ])(?P<prime>['′]{0,2})_(?P<index>[A-Za-z]{1,5}|\d)(?![\w(*])"  # λ_s, h'_rms
+    r"|(?P<slope>[hφτ])(?P<primes>''|['′″])_?(?P<of>rms)?(?![\w'′])"  # h'rms, h''
+    r"|(?P<modulus>E)\*(?!\w)"
+    r"|(?P<unit>[aA])0(?![\w.])"
+    r")"
+)
+"""Symbols as they are written in plain text: λ_s, κ_rep, h'rms, E*, a0."""
+_AS_THEY_ARE = (
+    nodes.literal, nodes.literal_block, nodes.math, nodes.math_block, nodes.title, nodes.raw, nodes.comment,
+    nodes.FixedTextElement, addnodes.desc_signature, addnodes.toctree, nodes.image, nodes.field_name,
+)  # fmt: skip
+
+
+def _formula(found: re.Match[str]) -> str:
+    """A symbol in TeX: an index of several letters stands upright."""
+    if found["letter"]:
+        index = found["index"]
+        below = rf"\mathrm{{{index}}}" if len(index) > 1 else index
+        return f"{found['letter']}{_primes(found['prime'])}_{{{below}}}"
+    if found["slope"]:
+        return f"{found['slope']}{_primes(found['primes'])}" + (r"_{\mathrm{rms}}" if found["of"] else "")
+    return "E^*" if found["modulus"] else f"{found['unit']}_0"
+
+
+def _primes(written: str) -> str:
+    return written.replace("″", "''").replace("′", "'")
+
+
+def _symbols(app: Sphinx, tree: nodes.document) -> None:
+    """Symbols in plain text are set as mathematics, too."""
+    for text in list(tree.findall(nodes.Text)):
+        above, held = text.parent, text.astext()
+        while above is not None and not isinstance(above, _AS_THEY_ARE):
+            above = above.parent
+        if above is not None or not _SYMBOL.search(held):
+            continue
+        parts: list[nodes.Node] = []
+        last = 0
+        for found in _SYMBOL.finditer(held):
+            parts += [nodes.Text(held[last : found.start()]), nodes.math("", _formula(found))]
+            last = found.end()
+        text.parent.replace(text, [part for part in [*parts, nodes.Text(held[last:])] if part.astext()])
+
+
+def _unsearched(app: Sphinx, tree: nodes.document) -> None:
+    """A search finds the manual and the reference, and not the record of how we know."""
+    name = app.env.current_document.docname
+    if name.startswith(("studies/", "measured/")) or name == "changes":
+        app.env.metadata[name]["nosearch"] = ""
+
+
 def _mathml(text: str, display: str = "inline") -> str:
     """A formula as MathML: browsers set it by themselves, where scripts of elsewhere are not loaded, too."""
     return re.sub(r"<mi>(&#x0203[2-4];)</mi>", r'<mo class="prime">\1</mo>', convert(text, display=display))
@@ -133,3 +187,5 @@ def setup(app: Sphinx) -> None:
     app.connect("autodoc-process-docstring", _described, priority=400)
     app.connect("object-description-transform", _shortened, priority=400)
     app.connect("doctree-read", _sized)
+    app.connect("doctree-read", _symbols)
+    app.connect("doctree-read", _unsearched)

@@ -373,7 +373,7 @@ MADE: dict[str, Callable[[], str]] = {
     "joined_spots": lambda: joined_spots.by_kind(joined_spots.read()).markdown(),
     "joined_spots.verdicts": lambda: joined_spots.verdicts(joined_spots.read()),
     "spots.verdicts": lambda: spots.verdicts(_stored("spots.csv")),
-    "classes": lambda: classes.verdicts(classes.read()).markdown().partition("\n")[2].strip(),
+    "classes": lambda: classes.verdicts(classes.read()).markdown(),
     "bandwidth": lambda: bandwidth.found(bandwidth.stored()),
     "figure2": lambda: "\n".join(figure2.lines()),
     "figure2.returns": lambda: "\n".join(figure2.returns()),
