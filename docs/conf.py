@@ -91,13 +91,46 @@ _SHORTER = {
 }
 
 
-def _shortened(app: Sphinx, *_: object) -> None:
-    """Types of arrays by the names that the source has, in place of what these stand for."""
-    for hints in app.env.current_document.autodoc_annotations.values():
-        for argument, text in hints.items():
-            for long, short in _SHORTER.items():
-                text = re.sub(long, short, text)
-            hints[argument] = text
+def _unlimited(text: str) -> str:
+    """A type without its limits: ``Annotated[float, ...]`` is ``float``."""
+    head, found, rest = text.partition("Annotated[")
+    if not found:
+        return text
+    depth, comma = 1, len(rest)
+    for i, letter in enumerate(rest):
+        depth += (letter in "[(") - (letter in "])")
+        if letter == "," and depth == 1:
+            comma = min(comma, i)
+        if not depth:
+            return head + _unlimited(rest[:comma] + rest[i + 1 :])
+    return text
+
+
+def _short(text: str) -> str:
+    """A type as the source has it: arrays by their names, numbers without their limits, which the input's page says."""
+    for long, short in _SHORTER.items():
+        text = re.sub(long, short, text)
+    return _unlimited(text)
+
+
+def _types(app: Sphinx, tree: nodes.document) -> None:
+    """Short types of attributes, arguments and results."""
+    for node in tree.findall(addnodes.desc_annotation):
+        if (short := _short(node.astext())) != node.astext():
+            node.children = [nodes.Text(short)]
+    for body in tree.findall(nodes.field_body):
+        for line in body.findall(nodes.paragraph):
+            parts, text = line.children, [child.astext() for child in line.children]
+            first = text.index(" (") + 1 if " (" in text else 0
+            last = text.index(")", first) if first and ")" in text[first:] else len(parts)
+            said = "".join(text[first:last])
+            if (short := _short(said)) != said:
+                line.children = [*parts[:first], nodes.Text(short), *parts[last:]]
+
+
+def _skipped(app: Sphinx, what: str, name: str, thing: object, skip: bool, options: object) -> bool | None:
+    """Members that say how a class is made, and nothing to who calls it."""
+    return True if name in ("kinds", "model_config") else None
 
 
 def _sized(app: Sphinx, tree: nodes.document) -> None:
@@ -112,11 +145,11 @@ def _sized(app: Sphinx, tree: nodes.document) -> None:
 
 
 _SYMBOL = re.compile(
-    r"(?<![\w'′.$])(?:"
-    r"(?P<letter>[A-Za-zα-ωΑ-Ωℓ])(?P<prime>['′]{0,2})_(?P<index>[A-Za-z]{1,5}|\d)(?![\w(*])"  # λ_s, h'_rms
-    r"|(?P<slope>[hφτ])(?P<primes>''|['′″])_?(?P<of>rms)?(?![\w'′])"  # h'rms, h''
-    r"|(?P<modulus>E)\*(?!\w)"
-    r"|(?P<unit>[aA])0(?![\w.])"
+    r"(?<![A-Za-zα-ωΑ-Ω_'′.$])(?:"
+    r"(?P<letter>[A-Za-zα-ωΑ-Ωℓ])(?P<prime>['′]{0,2})_(?P<index>[A-Za-z]{1,5}|[0-9])(?![A-Za-z0-9_(*])"  # λ_s, h'_rms
+    r"|(?P<slope>[hφτ])(?P<primes>''|['′″])_?(?P<of>rms)?(?![A-Za-z0-9_'′])"  # h'rms, h''
+    r"|(?P<modulus>E)\*(?![A-Za-z0-9_*])"
+    r"|(?P<unit>[aA])0(?![A-Za-z0-9_]|\.[0-9])"
     r")"
 )
 """Symbols as they are written in plain text: λ_s, κ_rep, h'rms, E*, a0."""
@@ -185,7 +218,8 @@ def setup(app: Sphinx) -> None:
     app.add_lexer("lammps", TextLexer)  # Pygments has none: scripts are shown as they are
     app.connect("builder-inited", _generate)
     app.connect("autodoc-process-docstring", _described, priority=400)
-    app.connect("object-description-transform", _shortened, priority=400)
+    app.connect("autodoc-skip-member", _skipped)
+    app.connect("doctree-read", _types)
     app.connect("doctree-read", _sized)
     app.connect("doctree-read", _symbols)
     app.connect("doctree-read", _unsearched)

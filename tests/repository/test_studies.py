@@ -26,7 +26,7 @@ LONGEST = {
 MANUAL = 18_700
 """Words of all of them but those for developers."""
 DEVELOPERS = {"contribute.md", "house.md", "solver.md"}
-STUDIES = 33_000
+STUDIES = 29_100
 """Words of all studies, without tables that are made from data; the aim is 20 000."""
 
 
