@@ -67,7 +67,7 @@ def test_every_script_and_table_named_exists() -> None:
     sources = [path for room in ("atomistic", "continuum", "docs", "tests") for path in (ROOT / room).rglob("*.py")]
     named = set[str]()
     for text in (*PAGES.values(), *(path.read_text() for path in (*sources, ROOT / "Makefile"))):
-        named |= set(re.findall(r"\b(?:docs|tests)/[\w/-]+\.(?:py|csv)\b", text))
+        named |= set(re.findall(r"\b(?:docs|tests)/[\w/-]+\.(?:py|csv(?:\.gz)?)\b", text))
         for module in re.findall(r"(?:-m |`)((?:docs|tests)(?:\.[a-z]\w*)+)", text):
             path = module.replace(".", "/")
             named.add(f"{path}/__init__.py" if (ROOT / path).is_dir() else f"{path}.py")
