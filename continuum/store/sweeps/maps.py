@@ -20,6 +20,9 @@ from continuum.store.sweeps.listing import SweepListing, systems_of
 if TYPE_CHECKING:
     import xarray
 
+TAKEN = {*MAPS, "step", "x", "y", "system"}
+"""Variables and dimensions of a dataset of maps, beside the axes."""
+
 
 def sweep_maps(sweep: str | Path, where: Mapping[str, Any] | None = None) -> xarray.Dataset:
     """Maps of contact, gaps and heights of all systems of a sweep, read from their files when they are used.
@@ -57,7 +60,7 @@ def sweep_maps(sweep: str | Path, where: Mapping[str, Any] | None = None) -> xar
     done = {each.key: path for each in chosen if (path := folder.point(each.key)).stem in there}
     if not done:
         raise SweepError(f"{folder.root}: no such system is done")
-    short = _short(keys, {*MAPS, "step", "x", "y", "system", *dir(xarray.Dataset)})
+    short = _short(keys, TAKEN | set(dir(xarray.Dataset)))
     dims, lengths, places, coordinates = _axes(listing, chosen, short)
     paths = np.full(lengths, None, dtype=object)
     for key, path in done.items():

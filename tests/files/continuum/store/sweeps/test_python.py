@@ -23,6 +23,7 @@ from continuum.store import labelled
 from continuum.store.runs.record import XARRAY_NAMES
 from continuum.store.sweeps import crossings
 from continuum.store.sweeps.collect import PointTable
+from continuum.store.sweeps.maps import TAKEN, _short
 
 RUN: dict[str, Any] = {
     "grid": {"n": [32, 40]},
@@ -130,6 +131,19 @@ def test_pandas_and_xarray_have_what_the_files_have(table: PointTable, done: Any
     for name in table.columns:
         assert getattr(frame, name).equals(frame[name])
         assert not hasattr(pandas.DataFrame, name)
+
+
+@pytest.mark.parametrize(
+    ("keys", "short"),
+    [
+        (["surface.seed", "substrate.mean"], ["seed", "substrate.mean"]),
+        (["surface.path", "wall.path", "grid.n"], ["surface.path", "wall.path", "n"]),
+        (["wall.gap", "wall", "a.step", "b.x"], ["wall.gap", "wall", "a.step", "b.x"]),
+    ],
+)
+def test_an_axis_of_maps_has_its_short_name_where_nothing_else_has_it(keys: list[str], short: list[str]) -> None:
+    """No other axis, no map, and no method of a dataset."""
+    assert list(_short(keys, TAKEN | set(dir(xarray.Dataset))).values()) == short
 
 
 def test_maps_of_all_systems_are_read_where_they_are_used(
