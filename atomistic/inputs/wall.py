@@ -20,6 +20,7 @@ from continuum.inputs.arguments import ArgumentError, choice, count, file_name, 
 from continuum.inputs.reading import load
 from continuum.inputs.toml import Document, find
 from continuum.inputs.units import ANGSTROM, GPA_PER_EV_PER_A3, parse
+from continuum.maps.map import FEWEST
 from continuum.maps.mending import wall_from_map
 from continuum.maps.quantities import share
 from continuum.model.walls import LennardJonesSpline, Wall
@@ -30,7 +31,8 @@ _HEAD = 100
 _ALIKE = 0.02
 """Relative difference of two periods up to which the wall is stretched to the box, as in its script."""
 
-
+_LEAST = {"mirror": 2 * FEWEST, "window": FEWEST}
+"""Points a side, about a0 apart, of a part of a map: mirror images take half of it."""
 Edges = Literal["mirror", "window", "periodic"]
 """How a map becomes periodic: a part of the size of the box by mirror images or a window; or the whole as it is."""
 
@@ -111,6 +113,10 @@ def include_of(
     ----------
     lengths : periods of a shape that has none of its own, in a0.
     """
+    if a0 is None:
+        raise ArgumentError("a0", a0, 'the gap of no traction, about the distance of neighbours, as "2.55Å" (--a0)')
+    if contact_modulus is None:
+        raise ArgumentError("contact_modulus", contact_modulus, 'E* of the slab, as "135GPa" (--estar)')
     spacing = possible.given("a0", a0, "spacing", "A")
     modulus = possible.given("contact_modulus", contact_modulus, "modulus", "eV/A3")
     choice("units", units, ("metal", "real"))
@@ -139,17 +145,18 @@ def include_of(
     atoms = facts.exposed if facts else 0
     if surface_atoms is not None:
         atoms = count("surface_atoms", surface_atoms)
-        each = lengths[0] * lengths[1] / atoms
-        if not 0.2 < each < 10:
-            allowed = f"the number of atoms of the surface plane: with it, an atom has {each:.3g} a0²"
-            raise ArgumentError("surface_atoms", surface_atoms, allowed)
+    if atoms and not 0.2 < (each := lengths[0] * lengths[1] / atoms) < 10:
+        with_it = f"with it, each of {atoms} atoms of the surface has {each:.3g} a0²"
+        if surface_atoms is None:
+            raise ArgumentError("a0", a0, f"about the distance of neighbours in the slab: {with_it}")
+        raise ArgumentError("surface_atoms", surface_atoms, f"the number of atoms of the surface plane: {with_it}")
     return WallInclude(shape, lengths, wall, spacing, modulus, atoms, depth, units, wall_force)
 
 
 def _law(law: Wall | str | Path | None, work: str | None, unit: float) -> Wall:
     """The law that was given; ``unit`` is E* a0, in J/m²."""
     if (law is None) == (work is None):
-        raise ArgumentError("work", work, 'a work of adhesion, as "50mJ/m2", or a law, and not both')
+        raise ArgumentError("work", work, 'a work of adhesion, as "50mJ/m2" (--work), or a law (--law), and not both')
     if work is not None:
         try:
             length = possible.from_text(instance("work", work, str, 'a text, as "50mJ/m2"'), "work") / unit
@@ -217,6 +224,12 @@ def _shape(
         raise ArgumentError("period", box, 'lengths of the box, as "102Å,88Å", or a slab: a map is cut to its size')
     # About a0 apart, as above each atom; mirrors need an even number.
     n = (2 * max(2, round(box[0] / spacing / 2)), 2 * max(2, round(box[1] / spacing / 2)))
+    if min(n) < _LEAST[edges]:
+        allowed = (
+            f'a box of at least {_LEAST[edges]} a0 a side for "{edges}", here {n[0]} x {n[1]} a0; "periodic" takes a '
+            "map of the size of the box as it is"
+        )
+        raise ArgumentError("edges", edges, allowed)
     cut = wall_from_map(found, n, (box[0] * ANGSTROM / n[0], box[1] * ANGSTROM / n[1]), edges)
     lengths = (box[0] / spacing, box[1] / spacing)
     return shape_of(cut.heights / (spacing * ANGSTROM), lengths), lengths

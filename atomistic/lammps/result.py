@@ -246,6 +246,8 @@ def read_description(directory: Path) -> DeckDescription:
     path = directory / "deck.json"
     if not (path.is_file() and (directory / "in.contact").is_file()):
         msg = f"{directory} has no deck (in.contact with deck.json); `atomistic deck` writes one"
+        if (directory / "in.wall").is_file():
+            msg = f"{directory} is the wall of a script, not a deck: read the trace of its run, wall.trace.txt"
         raise DeckError(msg)
     try:
         numbers = json.loads(path.read_text(encoding="utf-8"))

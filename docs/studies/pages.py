@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from pandas import DataFrame, Series, concat, read_csv
 
+from continuum.store.sheet import Sheet
 from continuum.theory.paper import PERIMETER_FACTOR
 from continuum.theory.rough import KAPPA_BGT, KAPPA_PERSSON
 from docs.benchmarks import random_searches
@@ -355,7 +356,22 @@ _CLAIMS = {
 }
 """Claims of the paper, each with the number that the table of the manual quotes."""
 
+
+def _deck_costs() -> str:
+    """Atoms, evaluations of the forces and core-seconds in the heads of the inputs of decks."""
+    rows = []
+    for path in sorted((DOCS.parent / "inputs" / "lammps").glob("*.toml")):
+        found = re.search(
+            r"# Cost +([\d.]+) core-seconds?, ([\d ]+) force evaluations of ([\d ]+) atoms",
+            path.read_text(encoding="utf-8"),
+        )
+        assert found is not None, path
+        rows.append([f"`{path.name}`", found[3], found[2], found[1]])
+    return Sheet.of("costs", ["input", "atoms", "force evaluations", "core-seconds"], rows).markdown()
+
+
 MADE: dict[str, Callable[[], str]] = {
+    "deck-costs.inputs": _deck_costs,
     **{f"table.{name}": lambda file=file: shown(file) for name, file in KEPT.items() if name not in QUOTED},
     "ensemble.limits": ensemble.limits,
     "judgement": lambda: judgement.tables(_judged()),
