@@ -81,10 +81,16 @@ def contact_map(wall: Wall, gap: Real) -> NDArray[np.uint8]:
 def totals_of(grid: Grid, wall: Wall, gap: Real, traction: Real | None = None) -> Totals:
     """Areas and loads of a state, from its gap and, where the wall has no law of the gap, from its traction.
 
-    Both have the shape ``grid.shape``, in a0 and E*.
+    Both have the shape ``grid.shape_here``, in a0 and E*.
     """
-    sums = np.zeros(3)
-    repulsive = attracted = 0
+    parts = [_sums(wall, gap[slab], None if traction is None else traction[slab]) for slab in grid.slabs]
+    area_rep, area_att, load_rep, load_att, energy = (grid.together(np.array(parts)) / grid.size).tolist()
+    return Totals(area_rep, area_att, load_rep, load_att, load_rep - load_att, energy, grid.least(gap))
+
+
+def _sums(wall: Wall, gap: Real, traction: Real | None) -> Real:
+    """Repulsive and attracted points, sums of repulsive and attractive tractions, and of energies."""
+    sums = np.zeros(5)
     for start in range(0, gap.shape[0], _ROWS):  # in blocks: three fields of a large grid would not fit
         block = gap[start : start + _ROWS]
         if traction is None:
@@ -92,19 +98,9 @@ def totals_of(grid: Grid, wall: Wall, gap: Real, traction: Real | None = None) -
         else:
             energy, pressure = wall.energy(block), traction[start : start + _ROWS]
         kind = contact_map(wall, block)
-        repulsive += int(np.count_nonzero(kind == REPULSIVE))
-        attracted += int(np.count_nonzero(kind == ATTRACTED))
-        sums += np.maximum(pressure, 0.0).sum(), np.maximum(-pressure, 0.0).sum(), energy.sum()
-    load_rep, load_att, energy_per_area = (float(total) / grid.size for total in sums)
-    return Totals(
-        area_rep=repulsive / grid.size,
-        area_att=attracted / grid.size,
-        load_rep=load_rep,
-        load_att=load_att,
-        load=load_rep - load_att,
-        wall_energy=energy_per_area,
-        smallest_gap=float(gap.min()),
-    )
+        counts = np.count_nonzero(kind == REPULSIVE), np.count_nonzero(kind == ATTRACTED)
+        sums += *counts, np.maximum(pressure, 0.0).sum(), np.maximum(-pressure, 0.0).sum(), energy.sum()
+    return sums
 
 
 def area_by_lines(distance: Real, *, periodic: bool = True) -> tuple[float, Real]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +66,36 @@ class Grid:
     def shape_q(self) -> tuple[int, int]:
         """Shape of a half spectrum."""
         return self.shape[0], self.shape[1] // 2 + 1
+
+    @property
+    def shared(self) -> bool:
+        """Whether processes share it."""
+        return False
+
+    @property
+    def shape_here(self) -> tuple[int, int]:
+        """Shape of a field in this process: all of it, unless processes share the grid (:mod:`.shared_grid`)."""
+        return self.shape
+
+    @property
+    def rows(self) -> slice:
+        """Rows of a field in this process."""
+        return slice(0, self.shape[0])
+
+    @property
+    def shape_q_here(self) -> tuple[int, ...]:
+        """Shape of a half spectrum in this process."""
+        return self.shape_q
+
+    @property
+    def slabs(self) -> tuple[slice, ...]:
+        """Rows of a field in this process over which sums are made first, one slice for each slab."""
+        return (self.rows,)
+
+    @property
+    def equal_slabs(self) -> bool:
+        """Whether its rows make equal slabs for all processes."""
+        return True
 
     @property
     def spacing(self) -> tuple[float, float]:
@@ -157,33 +187,110 @@ class Grid:
         return values
 
     @property
-    def coarser(self) -> Grid | None:
+    def coarser(self) -> Self | None:
         """Grid with half as many points a side, or nearly half for sides that are no multiple of 4; None if too small.
 
         Its half spectrum is part of that of this grid.
         """
         nx, ny = self.shape
         coarse = 1 if self.is_line else _half(nx), _half(ny)
-        return Grid(coarse, self.lengths) if min(coarse) > 0 else None
+        return self.of_points(coarse) if min(coarse) > 0 else None
+
+    def of_points(self, shape: tuple[int, int]) -> Self:
+        """A grid of other points over the same period, shared by the same processes."""
+        return replace(self, shape=shape)
 
     def sampled(self, coarse: Grid) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Rows and columns of the points at or just before those of a coarser grid of the same period."""
         rows, columns = (np.arange(c) * n // c for n, c in zip(self.shape, coarse.shape, strict=True))
         return rows, columns
 
+    def low_q(self, values_q: NDArray[Any], coarse: Grid) -> NDArray[Any]:
+        """The part of a half spectrum on the modes of a coarser grid of the same period, in a copy."""
+        return values_q[..., : coarse.shape_q_here[-1]][coarse.mode_numbers[0].ravel()]
+
+    def restricted(self, values_q: Complex, coarse: Grid) -> Complex:
+        """The same without the Nyquist modes of that grid."""
+        found: Complex = padded(coarse.shape_q, np.complex128)
+        fourier.restrict(values_q, found)
+        return found
+
+    def prolonged(self, values_q: Complex, fine: Grid) -> Complex:
+        """Half spectrum on a finer grid: zero beyond the modes of this one, and on its Nyquist modes."""
+        found: Complex = padded(fine.shape_q, np.complex128)
+        fourier.prolong(values_q, found)
+        return found
+
+    def places_q(self, m: NDArray[np.int64], n: NDArray[np.int64]) -> tuple[Any, tuple[Any, ...]]:
+        """Which of some modes this process has, and the places of these in its half spectrum."""
+        return slice(None), (m % self.shape[0], n)
+
+    def modes_of(self, values_q: NDArray[Any]) -> NDArray[Any]:
+        """The modes of this process, of a whole half spectrum, in a copy."""
+        return np.array(values_q)
+
+    def waves_of(self, values_q: NDArray[Any], period: tuple[int, int]) -> NDArray[Any]:
+        """The modes of a half spectrum whose waves repeat after so many points, divisors of the sides."""
+        return values_q[:: self.shape[0] // period[0], :: self.shape[1] // period[1]].copy()
+
+    def least_wave(self, values_q: Real) -> float:
+        """Smallest value of a half spectrum but for q = 0."""
+        return float(values_q.ravel()[1:].min())
+
+    def greatest_wave(self, values_q: Real, *, along_y: bool = False) -> float:
+        """Largest value of a half spectrum but for q = 0, or only of waves along y too."""
+        return float((values_q[:, 1:] if along_y else values_q.ravel()[1:]).max())
+
+    def mean_mode(self, values_q: NDArray[Any]) -> NDArray[Any]:
+        """View of the mode q = 0 of a half spectrum: one value, or none in a process that has not that mode."""
+        return values_q[:1, :1]
+
+    def first(self, values_q: Real) -> float:
+        """Value of the mode q = 0."""
+        return float(values_q[0, 0])
+
+    def together(self, sums: Real) -> Real:
+        """Sums over all points, from those of the slabs in this process, shape (slabs, numbers)."""
+        found: Real = sums[0]
+        return found
+
+    def total(self, values: NDArray[Any]) -> float:
+        """Sum of a field over all points."""
+        return float(np.sum(values))
+
+    def total_q(self, values_q: Real) -> float:
+        """Sum of a real half spectrum over its modes, each counted once: multiply by ``mode_weights`` before."""
+        return float(np.sum(values_q))
+
+    def least(self, values: Real) -> float:
+        """Smallest value of a field."""
+        return float(values.min())
+
+    def greatest(self, values: Real) -> float:
+        """Largest value of a field."""
+        return float(values.max())
+
+    def deviation(self, values: Real) -> float:
+        """Standard deviation of a field over its points."""
+        return float(np.std(values))
+
+    def sample(self, values: Real, every: int) -> Real:
+        """Every so many rows and columns of a field."""
+        return values[::every, ::every]
+
     def integrate(self, values: Real) -> float:
         """Integral of a field over the period: a traction becomes a load, an energy per area an energy."""
-        return float(np.sum(array("values", values, self.shape, "fiub"))) * self.cell_area
+        return self.total(array("values", values, self.shape_here, "fiub")) * self.cell_area
 
     def mean(self, values: Real) -> float:
         """Mean of a field over the period."""
-        return float(np.sum(array("values", values, self.shape, "fiub"))) / self.size
+        return self.total(array("values", values, self.shape_here, "fiub")) / self.size
 
     def inner_q(self, a_q: Complex, b_q: Complex) -> float:
         """Mean over the grid of a(x) b(x), from the half spectra (Parseval)."""
-        a_q, b_q = array("a_q", a_q, self.shape_q, "c"), array("b_q", b_q, self.shape_q, "c")
+        a_q, b_q = array("a_q", a_q, self.shape_q_here, "c"), array("b_q", b_q, self.shape_q_here, "c")
         product = a_q.real * b_q.real + a_q.imag * b_q.imag
-        return float(np.sum(product * self.mode_weights))
+        return self.total_q(product * self.mode_weights)
 
 
 def _half(n: int) -> int:

@@ -39,7 +39,7 @@ class ContactProblem:
     ----------
     grid : the points of the surface.
     wall : the law between wall and surface.
-    heights : of the wall, shape ``grid.shape``, in a0.
+    heights : of the wall, shape ``grid.shape_here``, in a0.
     substrate : its elastic response, with the mean mode.
     """
 
@@ -49,7 +49,7 @@ class ContactProblem:
     substrate: Substrate
 
     def __post_init__(self) -> None:
-        heights = field_of("heights", self.heights, self.grid.shape)
+        heights = field_of("heights", self.heights, self.grid.shape_here)
         if heights.flags.writeable or heights.base is not None:
             # Copied, as the caller could change them.
             heights = heights.copy()
@@ -64,7 +64,7 @@ class ContactProblem:
     @property
     def mean_stiffness(self) -> float:
         """K at q = 0."""
-        return float(self.stiffness_q[0, 0])
+        return self.grid.first(self.stiffness_q)
 
     @cached_property
     def open_boundary(self) -> OpenBoundary | None:
@@ -96,8 +96,8 @@ class ContactProblem:
             return self.moments.rms_slope
         flat = self.grid.forward(self.heights) * self._finite_stiffness_q
         power = (flat.real**2 + flat.imag**2) * self.grid.mode_weights
-        power[0, 0] = 0.0
-        own, slope = 2 * float(np.sqrt(power.sum())), self.moments.rms_slope
+        self.grid.mean_mode(power)[...] = 0.0
+        own, slope = 2 * float(np.sqrt(self.grid.total_q(power))), self.moments.rms_slope
         return own if own < (1 - 1e-9) * slope else slope  # on a half-space they differ by rounding
 
     @property
@@ -147,7 +147,7 @@ class ContactProblem:
     def elastic_energy(self, gap: Real) -> float:
         """Elastic energy ½ <u, K u> per area at a given gap, without the mean displacement, in E* a0."""
         u_q = self.grid.forward(self.heights - gap)
-        u_q[0, 0] = 0.0
+        self.grid.mean_mode(u_q)[...] = 0.0
         return 0.5 * self.grid.inner_q(u_q, self._finite_stiffness_q * u_q)
 
     def energy(self, displacement: Real, separation: float) -> float:
@@ -199,8 +199,8 @@ def short_waves(problem: ContactProblem) -> float:
     spectrum = grid.forward(heights)
     power: Real = (spectrum.real**2 + spectrum.imag**2) * grid.mode_weights * grid.wavenumber**2
     limit = 2 * np.pi / (POINTS * grid.widest_step)
-    total = float(power.sum())
-    return float(power[grid.wavenumber > limit * (1 + 1e-9)].sum()) / total if total else 0.0
+    total = grid.total_q(power)
+    return grid.total_q(np.where(grid.wavenumber > limit * (1 + 1e-9), power, 0.0)) / total if total else 0.0
 
 
 def other_unit(problem: ContactProblem) -> Iterator[str]:
@@ -210,7 +210,8 @@ def other_unit(problem: ContactProblem) -> Iterator[str]:
     ten thousand waves is about E*.
     """
     every = max(1, round((problem.grid.size / 2e4) ** 0.5))
-    q, stiffness_q = (values[::every, ::every].ravel()[1:] for values in (problem.grid.wavenumber, problem.stiffness_q))
+    of_waves = problem.grid.wavenumber, problem.stiffness_q
+    q, stiffness_q = (values[::every, ..., ::every].ravel()[1:] for values in of_waves)
     modulus = float(np.median(2 * stiffness_q / q)) if q.size else 1.0
     if not 1 / OTHER_UNIT <= modulus <= OTHER_UNIT:
         yield (

@@ -20,6 +20,7 @@ SMALLEST_SLOPE, LARGEST_SLOPE = 1e-100, 10.0
 """Bounds of the rms slope: below, its square underflows; above, heights are probably in other units than a0."""
 Slope = Annotated[float, Field(ge=SMALLEST_SLOPE, le=LARGEST_SLOPE)]
 """An rms slope."""
+_AT_ONCE = 2**18  # modes
 _ROUNDING = 1e-12  # a value written in decimal may miss its bound by this fraction
 _GENERATOR = "a numpy.random.Generator, such as numpy.random.default_rng(1)"
 
@@ -39,7 +40,7 @@ def _moments(grid: Grid, power_q: Real) -> Moments:
     """Moments of a power |h_q|² over the half spectrum."""
     q2 = grid.wavenumber**2
     weighted = power_q * grid.mode_weights
-    return Moments(*(float(np.sqrt(np.sum(weighted * q2**k))) for k in range(3)))
+    return Moments(*(float(np.sqrt(grid.total_q(weighted * q2**k))) for k in range(3)))
 
 
 def moments(grid: Grid, heights: Real) -> Moments:
@@ -50,11 +51,11 @@ def moments(grid: Grid, heights: Real) -> Moments:
     grid : points of the surface.
     heights : shape ``grid.shape``, in a0.
     """
-    heights = field_of("heights", heights, instance("grid", grid, Grid).shape)
+    heights = field_of("heights", heights, instance("grid", grid, Grid).shape_here)
     # Heights too large to square are refused below, with their name, not by a warning of NumPy.
     with np.errstate(over="ignore", invalid="ignore"):
         power_q = np.abs(grid.forward(heights)) ** 2
-        power_q[0, 0] = 0.0
+        grid.mean_mode(power_q)[...] = 0.0
         found = _moments(grid, power_q)
     if not all(np.isfinite(found)):
         raise ArgumentError("heights", heights, "smaller heights: the mean squares of these overflow")
@@ -182,7 +183,7 @@ class SelfAffine(SelfAffineSpectrum):
     def power_q(self, grid: Grid) -> Real:
         """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope."""
         q = instance("grid", grid, Grid).wavenumber
-        q[0, 0] = np.inf  # no power
+        grid.mean_mode(q)[...] = np.inf  # no power
         power = np.maximum(q, 2 * np.pi / self.lambda_L) ** (-(1 if grid.is_line else 2) - 2 * self.hurst)
         # One part in 1e12: a mode that lies on the cut-off belongs to the surface on every grid.
         power[q > 2 * np.pi / self.lambda_s * (1 + 1e-12)] = 0.0
@@ -220,20 +221,21 @@ class SelfAffine(SelfAffineSpectrum):
             raise ArgumentError("lambda_s", self.lambda_s, allowed)
         # 1e-9: rounding must not lose the mode whose wavelength is exactly λ_s.
         most = max(int(length / self.lambda_s + 1e-9) for length in grid.lengths)
-        m, n = (np.zeros(most, dtype=np.int64), np.arange(most) + 1) if grid.is_line else _shells(most)
         # Two streams, so that a smaller λ_s adds modes and leaves the others as they were.
         phases, gaussians = rng.spawn(2)
-        amplitude = np.exp(2j * np.pi * phases.random(m.size)) * gaussians.standard_normal(m.size)
-
         nx, ny = grid.shape
-        # All modes are drawn, and those that this grid lacks left out: the others are the same on every grid.
-        kept = (np.abs(m) <= nx // 2) & (n <= ny // 2)
-        m, n, amplitude = m[kept], n[kept], amplitude[kept]
-        heights_q = np.zeros(grid.shape_q, dtype=np.complex128)
-        heights_q[m % nx, n] = amplitude
-        # The half spectrum stores both signs of m on this axis, of which one was drawn.
-        on_axis = n == 0
-        heights_q[-m[on_axis] % nx, 0] = amplitude[on_axis].conj()
+        heights_q = np.zeros(grid.shape_q_here, dtype=np.complex128)
+        for m, n in _modes(most, line=grid.is_line):
+            amplitude = np.exp(2j * np.pi * phases.random(m.size)) * gaussians.standard_normal(m.size)
+            # All modes are drawn, and those that this grid lacks left out: the others are the same on every grid.
+            kept = (np.abs(m) <= nx // 2) & (n <= ny // 2)
+            m, n, amplitude = m[kept], n[kept], amplitude[kept]
+            mine, places = grid.places_q(m, n)
+            heights_q[places] = amplitude[mine]
+            # The half spectrum stores both signs of m on this axis, of which one was drawn.
+            on_axis = n == 0
+            mine, places = grid.places_q(-m[on_axis], n[on_axis])
+            heights_q[places] = amplitude[on_axis][mine].conj()
         heights_q *= np.sqrt(self.power_q(grid))
 
         heights = grid.inverse(heights_q)
@@ -242,13 +244,30 @@ class SelfAffine(SelfAffineSpectrum):
         return heights
 
 
-def _shells(largest: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], ...]:
-    """Mode numbers of one half plane, ordered by shells of max(|m|, |n|), which does not depend on the grid."""
-    m, n = (a.ravel() for a in np.mgrid[-largest : largest + 1, 0 : largest + 1])
-    half = (n > 0) | (m > 0)
-    m, n = m[half], n[half]
-    order = np.lexsort((m, n, np.maximum(np.abs(m), n)))
-    return m[order], n[order]
+_Numbers = np.ndarray[tuple[int], np.dtype[np.int64]]
+
+
+def _modes(largest: int, *, line: bool) -> Iterator[tuple[_Numbers, _Numbers]]:
+    """Mode numbers of one half plane, by shells of max(|m|, |n|), in them by n and m: the grid does not change them.
+
+    In blocks of shells, so that the modes of a large grid need little memory.
+    """
+    if line:
+        yield np.zeros(largest, dtype=np.int64), np.arange(largest) + 1
+        return
+    first = 1
+    while first <= largest:
+        last = min(max(first, int((first**2 + _AT_ONCE / 2) ** 0.5)), largest)
+        shells = [_shell(s) for s in range(first, last + 1)]
+        m, n = (np.concatenate(numbers) for numbers in zip(*shells, strict=True))
+        yield m, n
+        first = last + 1
+
+
+def _shell(s: int) -> tuple[_Numbers, _Numbers]:
+    """Both ends of the rows n = 0 to s - 1, of the first only the one with m > 0, and the row n = s."""
+    ends, row = np.tile([-s, s], s)[1:], np.arange(-s, s + 1)
+    return np.concatenate([ends, row]), np.concatenate([np.repeat(np.arange(s), 2)[1:], np.full(row.size, s)])
 
 
 def power_spectrum(grid: Grid, heights: Real) -> tuple[Real, Real]:

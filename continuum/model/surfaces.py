@@ -73,7 +73,7 @@ class SelfAffineSurface(SelfAffineSpectrum, kind="self-affine"):
         spectrum = self.spectrum(self._slope(grid), rescale=exact)
         heights = spectrum.synthesise(grid, np.random.default_rng(self.seed))
         if self.rescale and self.rms_height is not None:
-            heights *= self.rms_height / heights.std()
+            heights *= self.rms_height / grid.deviation(heights)
         return heights
 
     @property
@@ -181,7 +181,7 @@ class CylinderSurface(Surface, kind="cylinder"):
 
     def build(self, grid: Grid) -> Real:
         across = _from_centre(grid)["yx".index(self.along)]
-        return np.broadcast_to(_parabola(across**2, "radius", self.radius), grid.shape).copy()
+        return np.broadcast_to(_parabola(across**2, "radius", self.radius), grid.shape_here).copy()
 
 
 class PunchSurface(Surface, kind="punch"):
@@ -201,6 +201,6 @@ class PunchSurface(Surface, kind="punch"):
 
     def build(self, grid: Grid) -> Real:
         r, b = np.hypot(*_from_centre(grid)), self.flat_radius
-        if not b < r.max():
-            raise ArgumentError("flat_radius", b, f"below {r.max():g}: within the period, which needs an edge")
+        if not b < (farthest := grid.greatest(r)):
+            raise ArgumentError("flat_radius", b, f"below {farthest:g}: within the period, which needs an edge")
         return _parabola(np.maximum(r - b, 0.0) ** 2, "edge_radius", self.edge_radius)

@@ -114,7 +114,7 @@ class _Work:
         self.size, self.pairs, self.solves = size, 0.0, 0
 
     def add(self, state: PathState) -> PathState:
-        self.pairs += state.solution.fft_pairs * state.solution.gap.size / self.size
+        self.pairs += state.solution.fft_pairs * state.solution.points / self.size
         self.solves += 1
         return state
 
@@ -203,7 +203,7 @@ class _Seek:
     @cached_property
     def height(self) -> float:
         """What mean gaps are measured in: the rms height or, of a flat surface, the range of the attraction, in a0."""
-        return float(sample(self.problem.heights).std()) or self.problem.wall.range
+        return float(sample(self.problem.grid, self.problem.heights).std()) or self.problem.wall.range
 
     @property
     def resolution(self) -> float:
@@ -501,7 +501,7 @@ class _Seek:
         return self.work.add(state)
 
     def _area(self, gap: Real) -> float:
-        return np.count_nonzero(self.problem.wall.touches(gap)) / self.problem.grid.size
+        return self.problem.grid.total(self.problem.wall.touches(gap)) / self.problem.grid.size
 
     def _worth(self, gap: Real) -> bool:
         """Whether a trial is to be solved to the tolerance asked for: it meets the target or, on a branch, is short."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from continuum.model.fourier import Real, cut, padded, prolong, restrict
+from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.path.state import PathState
@@ -21,7 +21,7 @@ class _Cut:
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum."""
-        assert grid.shape_q == self.stiffness_q.shape
+        assert grid.shape_q_here == self.stiffness_q.shape
         return self.stiffness_q
 
 
@@ -30,23 +30,22 @@ def coarser_problem(problem: ContactProblem, smallest: int, *, roughly: bool = F
     grid, coarse = problem.grid, problem.grid.coarser
     if problem.open_boundary is not None or coarse is None or coarse.coarser is None or coarse.narrowest < smallest:
         return None
+    if not coarse.equal_slabs:
+        return None
     heights_q = grid.forward(problem.heights)
     power = (heights_q.real**2 + heights_q.imag**2) * grid.mode_weights * grid.wavenumber**2
-    rows, columns = (coarse if roughly else coarse.coarser).shape_q
-    carried = cut(power, (rows, columns - 1)).sum()
-    if carried < (1 - LOST_SLOPE) * power.sum():
+    (m, n), carrier = grid.mode_numbers, coarse if roughly else coarse.coarser
+    carried = (np.abs(m + 0.5) < max(carrier.shape[0] / 2, 1)) & (n < carrier.shape_q[1] - 1)
+    if grid.total_q(np.where(carried, power, 0.0)) < (1 - LOST_SLOPE) * grid.total_q(power):
         return None
-    coarse_q = padded(coarse.shape_q, np.complex128)
-    restrict(heights_q, coarse_q)
-    response = _Cut(cut(problem.stiffness_q, coarse.shape_q))
-    return ContactProblem(coarse, problem.wall, coarse.inverse(coarse_q), response)
+    response = _Cut(grid.low_q(problem.stiffness_q, coarse))
+    return ContactProblem(coarse, problem.wall, coarse.inverse(grid.restricted(heights_q, coarse)), response)
 
 
 def carried_gap(coarse: ContactProblem, fine: ContactProblem, state: PathState) -> Real:
     """The gap of a coarse state on the finer grid."""
-    displacement_q = padded(fine.grid.shape_q, np.complex128)
     level = state.mean_gap - coarse.mean_height
-    prolong(coarse.grid.forward(coarse.heights + level - state.gap), displacement_q)
+    displacement_q = coarse.grid.prolonged(coarse.grid.forward(coarse.heights + level - state.gap), fine.grid)
     gap = fine.grid.inverse(displacement_q, overwrite=True)
     np.subtract(fine.heights, gap, out=gap)
     gap += state.mean_gap - fine.mean_height

@@ -69,7 +69,7 @@ def equilibrium(
         lift, mean = target - problem.mean_height, np.inf
     elif control == "mean-pressure":
         # The mean displacement is free, and counted from first touch.
-        lift, mean, pressure = problem.wall.zero_gap - float(problem.heights.min()), 0.0, target
+        lift, mean, pressure = problem.wall.zero_gap - problem.grid.least(problem.heights), 0.0, target
     if mean == 0 and not pressure < problem.wall.hardness:
         allowed = f"a pressure below the hardness of {problem.wall.hardness:g} E*, at which all of the surface yields"
         raise ArgumentError("mean-pressure", target, allowed)
@@ -90,7 +90,7 @@ def equilibrium(
         solution = _in_stretches(solve, start, settings, closer.hopeless)
     else:
         solution = _solution(problem, solver, lift, mean, pressure, closer, start, settings)
-    if solution.status.ok and solution.gap.min() < problem.wall.core:
+    if solution.status.ok and problem.grid.least(solution.gap) < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     law = problem.wall.law
     if solution.status.ok and settings.stability and law is not None:  # a bound makes the energy convex
@@ -163,7 +163,7 @@ def _has_left(problem: ContactProblem, tension: float, gap: Real) -> bool:
 
     Then no point pulls as hard as the mean should, and moving away makes it worse: the surface has left.
     """
-    nearest = float(gap.min())
+    nearest = problem.grid.least(gap)
     if not np.isfinite(nearest):
         return bool(np.isposinf(nearest))  # else a failure of another kind
     return problem.wall.largest_tension_from(nearest) < tension

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.path.state import PathState
 
@@ -20,10 +21,9 @@ WEAK = 0.3
 """Range, in h_rms, up to which the attraction adds little to the area where a search begins."""
 
 
-def sample(field: Real) -> Real:
+def sample(grid: Grid, field: Real) -> Real:
     """Every k-th row and column, about a million points."""
-    k = max(1, round((field.size / 1e6) ** 0.5))
-    return field[::k, ::k]
+    return grid.sample(field, max(1, round((grid.size / 1e6) ** 0.5)))
 
 
 # --- pressures ---------------------------------------------------------------------------------------------
@@ -42,20 +42,20 @@ def area_argument(area: float, size: int) -> float:
 def _flattening(problem: ContactProblem) -> Real:
     """Traction of a periodic surface without its mean that is held flat, in E*."""
     flat_q = problem.elastic_traction_q(problem.grid.forward(problem.heights))
-    flat_q[0, 0] = 0.0
+    problem.grid.mean_mode(flat_q)[...] = 0.0
     return problem.grid.inverse(flat_q, overwrite=True)
 
 
 def pressure_of_full_contact(problem: ContactProblem) -> float:
     """Mean pressure from which on a periodic surface touches everywhere under a hard wall, in E*."""
-    return float(_flattening(problem).max())
+    return problem.grid.greatest(_flattening(problem))
 
 
 def usual_pressure(problem: ContactProblem) -> float:
     """P0, the mean pressure at which random surfaces touch on erf(1) of their area, in E*."""
     if problem.open_boundary is not None:
         return problem.traction_scale / 2
-    return float(np.std(_flattening(problem)))
+    return problem.grid.deviation(_flattening(problem))
 
 
 # --- mean gaps ---------------------------------------------------------------------------------------------
@@ -68,12 +68,12 @@ def searched_range(problem: ContactProblem) -> float:
 
 def attracts_little(problem: ContactProblem) -> bool:
     """Whether a search may count on the area of rough surfaces without adhesion, or nearly so."""
-    return problem.wall.range < WEAK * float(sample(problem.heights).std())
+    return problem.wall.range < WEAK * float(sample(problem.grid, problem.heights).std())
 
 
 def rough_slope(problem: ContactProblem) -> float:
     """Slope d ln(area)/d(mean gap) of a rough surface without adhesion, roughly, in 1/a0; none of a flat one: -inf."""
-    rms = float(sample(problem.heights).std())
+    rms = float(sample(problem.grid, problem.heights).std())
     return -DECAY / rms if rms > 0 else -np.inf
 
 
@@ -83,7 +83,7 @@ def asperity_slope(problem: ContactProblem, area: float) -> float:
     That of the area that would overlap, undeformed, about a contact of 1.5 times the area.
     """
     rough, part = rough_slope(problem), np.clip(1.5 * area, 0.0, 1 / 1.3) * np.array([1 / 1.3, 1.3])
-    low, high = np.quantile(sample(problem.heights), part)
+    low, high = np.quantile(sample(problem.grid, problem.heights), part)
     return min(0.8 * rough, -2 * np.log(1.3) / float(high - low)) if high > low else rough
 
 
@@ -100,7 +100,10 @@ def first_height(problem: ContactProblem, area: float) -> float:
 
     Strong attraction adds what it reaches.
     """
-    heights, level = sample(problem.heights), problem.mean_height if problem.open_boundary is None else 0.0
+    heights, level = (
+        sample(problem.grid, problem.heights),
+        problem.mean_height if problem.open_boundary is None else 0.0,
+    )
     excess = max(searched_range(problem) - WEAK * float(heights.std()), 0.0)
     for part in (1.2 if attracts_little(problem) else 0.8, 0.5, 0.1, 0.0):
         overlap = float(np.quantile(heights, min(part * area, 1.0)))
@@ -114,7 +117,10 @@ def step_to(problem: ContactProblem, before: PathState, target: float) -> float:
 
     The area changes less than if the surface were moved rigidly, which gives the scale.
     """
-    rigid, size = abs(float(np.quantile(sample(before.gap), target)) - problem.wall.zero_gap), problem.grid.size
+    rigid, size = (
+        abs(float(np.quantile(sample(problem.grid, before.gap), target)) - problem.wall.zero_gap),
+        problem.grid.size,
+    )
     left = abs(area_logarithm(target, size) - area_logarithm(before.area_rep, size))
     rough = left / -asperity_slope(problem, target)
     if not attracts_little(problem):

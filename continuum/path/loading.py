@@ -89,7 +89,7 @@ def solve(
     """
     check_target(control, target)
     if start is not None:
-        field_of("start", start, problem.grid.shape)
+        field_of("start", start, problem.grid.shape_here)
     if control != "repulsive-area":
         return equilibrium(problem, control, target, settings, start, branch, solver)
     solver, search = solver or solver_of(problem, settings), search or Search()
@@ -310,7 +310,7 @@ def walk(
             break
         change = np.full(3, np.inf) if left else _change(problem, before, trial)
         # The largest change of the gap, row by row: a field of differences need not be held.
-        moved = np.inf if left else max(float(np.abs(a - b).max()) for a, b in zip(before.gap, trial.gap, strict=True))
+        moved = np.inf if left else problem.grid.greatest(_moves(before.gap, trial.gap))
         # What lies between is hardly lower than before by more than it fell on the last step.
         rises = 0 > trial.load > before.load and fell > max(before.load - lowest[0], 0.0)
         if not way.refuse(at, change, moved, reverses=branch == "retract" and rises and not left):
@@ -324,6 +324,11 @@ def walk(
         pairs, solves = pairs + trial.solution.fft_pairs, solves + 1
         del before, trial  # while the next one is looked for, one field is held
     return replace(trial, target=target, events=tuple(events), search_pairs=pairs, search_solves=solves, lowest=lowest)
+
+
+def _moves(one: Real, other: Real) -> Real:
+    """Largest difference of two gaps in each row."""
+    return np.array([np.abs(a - b).max() for a, b in zip(one, other, strict=True)])
 
 
 def _worth(problem: ContactProblem, before: Totals, way: _Way, at: float, gap: Real) -> bool:

@@ -226,7 +226,7 @@ def gone(problem: ContactProblem, target: float, branch: Branch, solution: Solut
     Its residual is the tension, which nothing holds; so that it is none that a solve has converged to.
     """
     solution = solution or Solution(problem.heights, Status.STOPPED, -target, 0)
-    solution = replace(solution, gap=np.broadcast_to(np.inf, problem.grid.shape), residual=-target)
+    solution = replace(solution, gap=np.broadcast_to(np.inf, problem.grid.shape_here), residual=-target)
     return PathState(
         area_rep=0.0, area_att=0.0, load_rep=0.0, load_att=0.0, load=0.0, wall_energy=0.0, smallest_gap=np.inf,
         control="mean-pressure", target=target, branch=branch, separation=np.inf, mean_gap=np.inf,

@@ -270,7 +270,7 @@ class _Place:
             self.problem, self.solver.smallest, roughly=True
         )
         if coarse is None:
-            wall, heights = self.problem.wall, sample(self.problem.heights)
+            wall, heights = self.problem.wall, sample(self.problem.grid, self.problem.heights)
             # Of what would overlap, undeformed, about a half touches.
             overlap = float(np.quantile(heights, 0.5 * self.area))
             return wall.zero_gap + self.problem.mean_height - overlap, work

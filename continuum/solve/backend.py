@@ -15,6 +15,7 @@ import scipy
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.model.shared_grid import Company
 from continuum.solve.grids import BoundGrid, SmoothGrid
 
 BACK_ENDS = {
@@ -80,6 +81,14 @@ class BackEnd(ABC):
         """Name of what it runs on, beyond the name of the device; empty for nothing."""
         return ""
 
+    def memory(self) -> float:
+        """Bytes that are free on one device; infinite where nobody knows."""
+        return np.inf
+
+    def company(self) -> Company | None:
+        """The processes that share its points, each with slabs of them; None where it has no parts."""
+        return None
+
     def devices(self) -> tuple[str, ...]:
         """Names of those that processes should not share; empty where they may."""
         return ()
@@ -129,7 +138,7 @@ def near_kernel(grid: Grid, K: Real) -> Real:
     _, near = kernel_points(grid, BESIDE)
     # In a smaller period, where all but the nearest waves of that many points are the same.
     period = _halved(grid.shape[0]), _halved(grid.shape[1])
-    waves = K[:: grid.shape[0] // period[0], :: grid.shape[1] // period[1]].copy()
+    waves = grid.waves_of(K, period)
     waves[0, 0] = 0.0  # the mean, which is that of each problem, tells no neighbours apart
     box, around = Grid(period, grid.lengths), np.arange(-BESIDE, BESIDE + 1)
     m, n = box.mode_numbers
@@ -154,10 +163,9 @@ def _halved(points: int) -> int:
 
 def node_stiffness(grid: Grid, K: Real) -> tuple[Grid, Real]:
     """The grid of the nodes, and K of its waves; the mean has that of the softest wave."""
-    coarse = Grid(nodes(grid), grid.lengths)
-    m, n = coarse.mode_numbers
-    found = K[m[:, 0], : n.size].copy()
-    found[0, 0] = K.ravel()[1:].min()
+    coarse = grid.of_points(nodes(grid))
+    found = grid.low_q(K, coarse)
+    coarse.mean_mode(found)[...] = grid.least_wave(K)
     return coarse, found
 
 

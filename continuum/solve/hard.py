@@ -98,7 +98,8 @@ def constrain(
     gap, traction = grid.hand_out(dual.level)
     history, work, seconds = tuple(dual.history), (grid.work, *coarse), time.perf_counter() - began
     found = gap, status, outcome.residual, max(len(history) - 1, 0), work, seconds, history
-    return Solution(*found, pressure=traction, gap_error=outcome.gap_error, duality_gap=outcome.duality_gap)
+    error, energy, processes = outcome.gap_error, outcome.duality_gap, grid.size // offset.size
+    return Solution(*found, pressure=traction, gap_error=error, duality_gap=energy, processes=processes)
 
 
 class _Outcome(NamedTuple):

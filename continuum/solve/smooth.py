@@ -94,7 +94,9 @@ def minimise(
         status = Status.CONVERGED
     work = tuple(each for each in grid.work if each.fft_pairs)
     seconds = time.perf_counter() - began
-    return Solution(grid.hand_out(), status, residual, len(history) - 1, work, seconds, tuple(history), law=law)
+    gap, processes = grid.hand_out(), grid.size // offset.size
+    found = gap, status, residual, len(history) - 1, work, seconds, tuple(history)
+    return Solution(*found, law=law, processes=processes)
 
 
 def _solve(

@@ -186,6 +186,8 @@ class Solution:
     """Under a bound: what the energy of any state of this load is lower at most, per area, in E* a0; else NaN."""
     lowest_eigenvalue: float = np.nan
     """Lowest eigenvalue of the Hessian, in E*/a0, if asked for (see `stability`); negative at a saddle."""
+    processes: int = 1
+    """Processes among which the points are divided: the gap is that of one of them."""
 
     @property
     def traction(self) -> Real:
@@ -200,7 +202,12 @@ class Solution:
     @property
     def fft_pairs(self) -> float:
         """Transforms of all grids, halved and weighted by their numbers of points."""
-        return sum(w.fft_pairs * w.shape[0] * w.shape[1] for w in self.work) / self.gap.size
+        return sum(w.fft_pairs * w.shape[0] * w.shape[1] for w in self.work) / self.points
+
+    @property
+    def points(self) -> int:
+        """Number of points of all processes."""
+        return self.gap.size * self.processes
 
     @property
     def sweeps(self) -> int:

@@ -48,7 +48,7 @@ class Solver:
     ) -> None:
         self._back_end = back_end(device, shards)
         self._surface, self._sampled = (grid, stiffness_q, threads), sampled
-        self._mean_stiffness = float(stiffness_q[0, 0])
+        self._mean_stiffness = grid.first(stiffness_q)
 
     @property
     def smallest(self) -> int:

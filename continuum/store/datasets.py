@@ -10,9 +10,11 @@ have a fixed length.  Errors are those of :mod:`continuum.store.hdf5`.
 """
 
 import zlib
+from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import h5py
@@ -21,6 +23,7 @@ from h5py import h5a, h5ds, h5o, h5s, h5t
 from numpy.typing import ArrayLike, NDArray
 
 from continuum.inputs.errors import OutputError
+from continuum.model.shared_grid import Company
 from continuum.store.hdf5 import (
     NO_VALUES,
     StoreError,
@@ -39,25 +42,51 @@ _CHUNK = 4 * 1024 * 1024  # bytes
 _SUM = "crc32"
 
 
+class Slabs:
+    """An array of which each process has rows, shape (..., rows, columns): its values in a dataset.
+
+    Parameters
+    ----------
+    own : the rows of this process.
+    company : the processes, which all write at the same time: the first one the file, the others by :func:`hand_over`.
+    """
+
+    def __init__(self, own: NDArray[Any], company: Company) -> None:
+        *first, rows, columns = own.shape
+        self.shape, self.dtype, self.ndim = (*first, rows * company.size, columns), own.dtype, own.ndim
+        self.size = own.size * company.size
+        self._own, self._company = own, company
+
+    def blocks(self) -> Iterator[tuple[tuple[Any, ...], NDArray[Any]]]:
+        """Place and values of some rows of each process in turn, in all processes."""
+        *first, rows, columns = self._own.shape
+        step = max(1, _CHUNK // max(1, self._own.itemsize * columns))
+        for index in np.ndindex(*first):
+            for a in range(0, rows, step):
+                b = min(a + step, rows)
+                for rank, block in enumerate(self._company.gather(np.ascontiguousarray(self._own[index][a:b]))):
+                    yield (*index, slice(rank * rows + a, rank * rows + b)), block
+
+
 @dataclass(frozen=True, eq=False)
 class Dataset:
     """An array with named dimensions.
 
     Parameters
     ----------
-    values : numbers, booleans or text (an array of str).
+    values : numbers, booleans or text (an array of str); or :class:`Slabs` of numbers.
     dims : name of each dimension, at least one; none of what was read without labels.
     units : "a0", "E*", "1" for a pure number, "" where units have no meaning (text).
     long_name : what it is, in words.
     """
 
-    values: NDArray[Any] = field(repr=False)
+    values: Any = field(repr=False)
     dims: tuple[str, ...]
     units: str = ""
     long_name: str = ""
 
     def __post_init__(self) -> None:
-        values = np.asarray(self.values)
+        values = self.values if isinstance(self.values, Slabs) else np.asarray(self.values)
         if values.dtype.kind not in "biufUT":
             raise TypeError(f"a dataset holds numbers, booleans or text, not {values.dtype}")
         if values.ndim != len(self.dims or values.shape) or values.ndim == 0:
@@ -84,7 +113,8 @@ class File:
     attributes: Mapping[str, Attribute]
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        return self.datasets[name].values
+        values: NDArray[Any] = self.datasets[name].values
+        return values
 
 
 def columns(records: Sequence[Any], dim: str) -> dict[str, Dataset]:
@@ -114,6 +144,13 @@ def write(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping
                 raise ValueError(f"dimension {dim} of {name} has {length} entries, elsewhere it has {lengths[dim]}")
     with created(path) as file:
         _fill(file, datasets, attributes, lengths)
+
+
+def hand_over(datasets: Mapping[str, Dataset]) -> None:
+    """Give the rows of this process to the first one, which writes these datasets at the same time."""
+    for dataset in datasets.values():
+        if isinstance(dataset.values, Slabs):
+            deque(dataset.values.blocks(), maxlen=0)
 
 
 def _fill(
@@ -156,7 +193,12 @@ def _attach(owner: h5py.Group | h5py.Dataset, name: str, value: NDArray[Any]) ->
     h5a.create(owner.id, name.encode(), form, h5s.create_simple(())).write(value)
 
 
-def _create(file: h5py.File, name: str, values: NDArray[Any]) -> h5py.Dataset:
+def _create(file: h5py.File, name: str, values: NDArray[Any] | Slabs) -> h5py.Dataset:
+    if isinstance(values, Slabs):
+        made = file.create_dataset(name, values.shape, values.dtype, chunks=_chunks(values), fletcher32=True)
+        for place, block in values.blocks():
+            made[place] = block
+        return made
     if values.dtype.kind in "UT":  # of any length: only so do all readers of netCDF give str
         return file.create_dataset(name, data=values.astype(object), dtype=h5py.string_dtype())
     if values.dtype.kind == "b":
@@ -166,7 +208,7 @@ def _create(file: h5py.File, name: str, values: NDArray[Any]) -> h5py.Dataset:
     return file.create_dataset(name, data=values, chunks=_chunks(values), fletcher32=True)
 
 
-def _chunks(values: NDArray[Any]) -> tuple[int, ...]:
+def _chunks(values: NDArray[Any] | Slabs) -> tuple[int, ...]:
     """One step of a map, or a part of it: leading dimensions are cut until a chunk is small."""
     chunks = list(values.shape)
     for i in range(len(chunks)):
@@ -192,10 +234,17 @@ def _number(value: bool | float) -> Any:
 
 
 def read_datasets(
-    path: str | Path, schema: str, version: int, names: Collection[str] | None = None, *, labels: bool = False
+    path: str | Path,
+    schema: str,
+    version: int,
+    names: Collection[str] | None = None,
+    *,
+    labels: bool = False,
+    parts: Mapping[str, Any] = MappingProxyType({}),
 ) -> File:
     """Read a file of a schema and version: all its datasets, or those of these names that it has.
 
+    Of the datasets that ``parts`` names it reads the part with that index only.
     Their dimensions, units and meanings are read with ``labels`` only, as that takes longer than all the rest.
     """
     with opened(path) as file:
@@ -207,7 +256,7 @@ def read_datasets(
         items = dict(datasets_in(path, file) if names is None else _members(path, file, names))
         places = {h5o.get_info(item.id).addr: name for name, item in items.items()} if labels else {}
         datasets = {
-            name: _labelled(name, item, places) if labels else Dataset(_values(item), ())
+            name: _labelled(name, item, places) if labels else Dataset(_values(item, parts.get(name, ())), ())
             for name, item in items.items()
             if not has_no_values(item)
         }
@@ -236,11 +285,13 @@ def earlier(
     *,
     force: bool,
     differences: Callable[[Mapping[str, Attribute]], str] = lambda attributes: "",
+    parts: Mapping[str, Any] = MappingProxyType({}),
 ) -> File | None:
     """The stored result of an earlier call with this identity; None if there is no file.
 
     With ``force`` also None if the file is another result of that schema, which is then replaced.  Raises OutputError
-    if the file is anything else; ``differences`` says how another result differs, by its attributes.
+    if the file is anything else; ``differences`` says how another result differs, by its attributes.  ``parts`` is as
+    for :func:`read_datasets`.
     """
     if not path.exists():
         return None
@@ -254,7 +305,7 @@ def earlier(
     if force:
         return None
     try:
-        file = read_datasets(path, schema, version)
+        file = read_datasets(path, schema, version, parts=parts)
         same = file.attributes.get("identity") == identity
         fault = "" if same else f"{path}: holds another result{differences(file.attributes)}"
     except UnreadError as error:
@@ -271,8 +322,8 @@ def refused(fault: object) -> OutputError:
     return OutputError(f"{fault}\n    Choose another folder with --output, or start anew with --force")
 
 
-def _values(item: h5py.Dataset) -> NDArray[Any]:
-    values: NDArray[Any] = item[()]
+def _values(item: h5py.Dataset, part: Any = ()) -> NDArray[Any]:
+    values: NDArray[Any] = item[part]
     if h5py.check_string_dtype(item.dtype) is not None:
         text = np.strings.decode(np.asarray(values, dtype=np.bytes_), "utf-8")
         if item.attrs.get(_SUM, known := _sum_of(text)) != known:  # files of earlier versions have none

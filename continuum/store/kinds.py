@@ -67,4 +67,4 @@ class FileSurface(Surface, kind="file"):
             raise ValueError(f"{missing} of the {heights.size} heights in {self.path} are not finite numbers")
         if asked := stands_for_nothing(heights):
             raise ValueError(f"{self.path}: {asked[1]} heights are {asked[0]:.10g}, far from all others: missing?")
-        return heights
+        return heights if heights.shape == grid.shape_here else heights[grid.rows]

@@ -89,7 +89,7 @@ class CubicLayer(PeriodicResponse, kind="crystal"):
         angle = np.arctan2(qy, qx) + self.axis
         stiffness_q = q * anisotropic.directional_contact_modulus(self.constants, angle) / 2
         long_wave = q < anisotropic.THICK / self.depth
-        long_wave[0, 0] = False  # its value follows below
+        grid.mean_mode(long_wave)[...] = False  # its value follows below
         layer = anisotropic.surface_stiffness(self.constants, angle[long_wave], q[long_wave] * self.depth)
         stiffness_q[long_wave] = q[long_wave] * layer
-        return with_mean(stiffness_q, self.mean)
+        return with_mean(grid, stiffness_q, self.mean)

@@ -25,4 +25,4 @@ class HalfSpace(PeriodicResponse, kind="half-space"):
         self._take(mean=mean)
 
     def stiffness(self, grid: Grid) -> Real:
-        return with_mean(instance("grid", grid, Grid).wavenumber / 2, self.mean)
+        return with_mean(grid, instance("grid", grid, Grid).wavenumber / 2, self.mean)

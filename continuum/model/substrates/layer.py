@@ -60,7 +60,7 @@ class Layer(PeriodicResponse, kind="layer"):
 
     def stiffness(self, grid: Grid) -> Real:
         nu, q = self.poisson, instance("grid", grid, Grid).wavenumber
-        q[0, 0] = 1.0  # its value is set below
+        grid.mean_mode(q)[...] = 1.0  # its value is set below
         x = q * self.depth
         # Multiplied through by exp(-2x), so that no hyperbolic function overflows.
         decay = np.exp(-2 * x)
@@ -68,4 +68,4 @@ class Layer(PeriodicResponse, kind="layer"):
         above = a * (1 + decay**2) / 2 + decay * (2 * x**2 + 5 - 12 * nu + 8 * nu**2)
         # All terms positive: none cancels another.
         below = a * decayed_remainder(2 * x, 3) + 4 * (1 - 2 * nu) * x * decay
-        return with_mean(q / 2 * above / below, self.mean)
+        return with_mean(grid, q / 2 * above / below, self.mean)

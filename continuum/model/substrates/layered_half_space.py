@@ -170,4 +170,5 @@ class LayeredHalfSpace(PeriodicResponse, kind="layered-half-space"):
         """K_q over the half spectrum, in E*/a0; 0.1 µs for each layer and different length of a wavevector."""
         layers = [(film.thickness, Solid(film.contact_modulus, film.poisson)) for film in self.layers]
         base = Solid(self.base.contact_modulus, self.base.poisson)
-        return with_mean(layered_stiffness(layers, base, instance("grid", grid, Grid).wavenumber), self.mean)
+        q = instance("grid", grid, Grid).wavenumber
+        return with_mean(grid, layered_stiffness(layers, base, q), self.mean)

@@ -141,7 +141,7 @@ class NonPeriodicHalfSpace(Response, kind="non-periodic-half-space"):
 
         Used for estimates only; the solver uses :meth:`open_boundary`.
         """
-        return with_mean(instance("grid", grid, Grid).wavenumber / 2, self.open_boundary(grid).mean_stiffness)
+        return with_mean(grid, instance("grid", grid, Grid).wavenumber / 2, self.open_boundary(grid).mean_stiffness)
 
     def open_boundary(self, grid: Grid) -> OpenBoundary:
         """The response to tractions on the points of a grid."""

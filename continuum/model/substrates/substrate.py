@@ -21,9 +21,9 @@ class Substrate(Protocol):
         """K_q over the half spectrum of the grid, in E*/a0; infinite at q = 0 where the mean is clamped."""
 
 
-def with_mean(stiffness_q: Real, mean: float | str) -> Real:
+def with_mean(grid: Grid, stiffness_q: Real, mean: float | str) -> Real:
     """Set the stiffness of the mean mode; the three choices become a number here and nowhere else."""
-    stiffness_q[0, 0] = _NAMED[mean] if isinstance(mean, str) else mean
+    grid.mean_mode(stiffness_q)[...] = _NAMED[mean] if isinstance(mean, str) else mean
     return stiffness_q
 
 

@@ -48,4 +48,4 @@ class TabulatedSubstrate:
                 f"grid: {grid.shape_q} modes of periods {grid.lengths}, where the table of stiffness has "
                 f"{self.table.shape} and {self.lengths}"
             )
-        return np.array(self.table)
+        return grid.modes_of(self.table)

@@ -10,6 +10,7 @@ from importlib import import_module
 from continuum.inputs.errors import InputError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.model.shared_grid import Company
 from continuum.solve.arrays.bound_grid import ArrayBoundGrid
 from continuum.solve.arrays.library import CUDA, LIBRARIES, Library, visible
 from continuum.solve.arrays.smooth_grid import ArraySmoothGrid
@@ -34,6 +35,12 @@ class ArrayBackEnd(BackEnd):
 
     def require(self) -> None:
         self.library.zeros((1,))
+
+    def memory(self) -> float:
+        return self.library.free_memory()
+
+    def company(self) -> Company | None:
+        return self.library.company()
 
     def machine(self) -> str:
         return self.library.name()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from continuum.model.fourier import Real, cut
+from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.solve.arrays.library import Array, Library, fused
 from continuum.solve.arrays.modes import Modes, mean, square, sum_of, without_mean
@@ -51,13 +51,14 @@ class ArrayBoundGrid(Modes):
         self._stiffness_q = np.where(np.isfinite(stiffness_q), stiffness_q, 0.0)
         super().__init__(library, grid, self._stiffness_q)
         self._smallest = smallest
-        along_x, along_y = (hats(*each) for each in zip(grid.shape, nodes(grid), strict=True))
-        self._hats = library.hats(along_x, along_y)
+        (nx, ny), (rows, columns) = grid.shape, nodes(grid)
+        # A slab begins at a node: the functions of its rows, and of the next node, are those of every slab.
+        self._hats = library.hats(hats(nx, rows, library.parts), hats(ny, columns))
         self._kernel = library.number(near_kernel(grid, self._stiffness_q))
         node_grid, stiffness = node_stiffness(grid, self._stiffness_q)
         self._nodes = Modes(library, node_grid, stiffness)
-        waves = self._stiffness_q.ravel()[1:]
-        self.stiffest, self.softest = float(max(waves.max(), SMALLEST_GAP)), float(waves.min())
+        self.stiffest = max(grid.greatest_wave(self._stiffness_q), SMALLEST_GAP)
+        self.softest = grid.least_wave(self._stiffness_q)
 
     @property
     def work(self) -> Work:
@@ -69,10 +70,11 @@ class ArrayBoundGrid(Modes):
         self, offset: Real, start: Real | None, *, lift: float, sink: float, mean_stiffness: float, most: float
     ) -> bool:
         fields = (offset,) if start is None else (offset, start)
-        if not np.isfinite([float(each.sum()) for each in fields]).all():
+        if not np.isfinite([self.grid.total(each) for each in fields]).all():
             return False
-        self._start = None if start is None else self.library.put(start)
-        self._pose(self.library.put(offset) + (lift - sink), mean_stiffness, most)
+        put = self.library.put_field
+        self._start = None if start is None else put(self.grid, start)
+        self._pose(put(self.grid, offset) + (lift - sink), mean_stiffness, most)
         return True
 
     def _pose(self, offset: Array, mean_stiffness: float, most: float) -> None:
@@ -90,7 +92,7 @@ class ArrayBoundGrid(Modes):
             return None
         if nodes(grid)[0] % self.library.parts or not self.library.fits(self.grid, grid):
             return None
-        self.below_grid = ArrayBoundGrid(self.library, grid, cut(self._stiffness_q, grid.shape_q), self._smallest)
+        self.below_grid = ArrayBoundGrid(self.library, grid, self.grid.low_q(self._stiffness_q, grid), self._smallest)
         every = self.sampled(self.offset, grid)
         self.below_grid._pose(every + (mean(xp, self.offset) - mean(xp, every)), self.mean_stiffness, self.most)
         return self.below_grid
@@ -99,8 +101,8 @@ class ArrayBoundGrid(Modes):
         return float(mean(self.xp, self.offset))
 
     def touch(self) -> Real:
-        offset = self.library.get(self.offset)
-        gap: Real = np.maximum(offset - offset.min(), SMALLEST_GAP)
+        offset = self.library.get_field(self.grid, self.offset)
+        gap: Real = np.maximum(offset - self.grid.least(offset), SMALLEST_GAP)
         return gap
 
     # --- where it starts ---------------------------------------------------------------------------------------
@@ -275,12 +277,13 @@ class ArrayBoundGrid(Modes):
         xp, above = self.xp, self.z - self.xp.min(self.z)
         work, pressure = self.library.numbers(mean(xp, self.p * above), mean(xp, self.p))
         if np.isfinite(self.most):
-            work -= most_work(self.library.get(above), pressure, self.most)
+            work -= most_work(self.library.get_field(self.grid, above), pressure, self.most)
         G = without_mean(xp, self._G, self.marks)
         return work, 2 * pressure * float(square(self.library, G, self.marks.weights)) ** 0.5
 
     def hand_out(self, level: float) -> tuple[Real, Real]:
-        gap, p = self.library.get(self.z) + level, self.library.get(self.p)
+        gap, p = (self.library.get_field(self.grid, each) for each in (self.z, self.p))
+        gap += level
         closed = np.where(p >= self.most, np.minimum(gap, 0.0), 0.0)
         return np.where(p > 0, closed, np.maximum(gap, SMALLEST_GAP)), p
 
@@ -307,8 +310,12 @@ def _twice(shape: tuple[int, ...], axis: int) -> tuple[int, ...]:
     return tuple(2 * n if i == axis else n for i, n in enumerate(shape))
 
 
-def hats(points: int, count: int) -> Real:
-    """Value at each point of the hat functions around so many nodes along one direction."""
-    distance = np.arange(points)[:, None] * count / points - np.arange(count)
+def hats(points: int, count: int, parts: int = 1) -> Real:
+    """Value at each point of the hat functions around so many nodes along one direction.
+
+    Of several parts, those at the points of the first one, of its nodes and of the next one.
+    """
+    around = np.arange(count if parts == 1 else count // parts + 1)
+    distance = np.arange(points // parts)[:, None] * count / points - around
     whole: Real = sum(np.maximum(1 - np.abs(distance + period), 0.0) for period in (-count, 0, count))
     return whole

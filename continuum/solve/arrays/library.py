@@ -19,6 +19,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.model.shared_grid import Company
 
 Array = Any
 """An array of a library: their types have nothing in common."""
@@ -76,6 +77,14 @@ class Library:
     def number(self, value: Any) -> Array:
         """A number on the device, where it may be already."""
         return self.xp.asarray(value, dtype=self.xp.float64, device=self.device)
+
+    def put_field(self, grid: Grid, values: Real) -> Array:
+        """A field of the host, as much of it as this process has, on the device."""
+        return self.put(values)
+
+    def get_field(self, grid: Grid, values: Array) -> Real:
+        """A field of the device on the host, as much of it as this process has."""
+        return self.get(values)
 
     def zeros(self, shape: tuple[int, ...], kind: Any = None) -> Array:
         return self.xp.zeros(shape, dtype=kind or self.xp.float64, device=self.device)
@@ -140,6 +149,10 @@ class Library:
         """The complex numbers of pairs."""
         kind = self.xp.complex64 if pairs.dtype == self.xp.float32 else self.xp.complex128
         return self.xp.astype(pairs[..., 0], kind) + self.xp.astype(pairs[..., 1], kind) * 1j
+
+    def company(self) -> Company | None:
+        """The processes that share fields, each with slabs of them; None where these have no parts."""
+        return None
 
     def name(self) -> str:
         """The name of a GPU; empty on processor cores."""

@@ -31,7 +31,7 @@ class Modes:
     ----------
     library : of its arrays.
     grid : points and periods.
-    stiffness_q : K over the half spectrum, shape ``grid.shape_q``, in E*/a0.
+    stiffness_q : K over the half spectrum, shape ``grid.shape_q_here``, in E*/a0.
     kind : type of the real numbers of its spectra; that of double precision by default.
     """
 
@@ -51,7 +51,7 @@ class Modes:
         self._mean_stiffness = np.nan
         if coarse is not None:
             m, n = coarse.mode_numbers
-            low = (np.abs(m) < max(m.size / 2, 1)) & (n < n.size - 1)
+            low = (np.abs(m) < max(coarse.shape[0] / 2, 1)) & (n < coarse.shape[1] // 2)
             self._low = library.put_q(low, flag)
 
     def set_mean_stiffness(self, stiffness: float) -> bool:
@@ -97,7 +97,7 @@ class Modes:
 
     def elastic_energy(self, offset: Real, gap: Real) -> float:
         """½ <u K u> of u = offset - gap without its mean, in E* a0, between two problems."""
-        u_q = without_mean(self.xp, self.forward(self.library.put(offset - gap)), self.marks)
+        u_q = without_mean(self.xp, self.forward(self.library.put_field(self.grid, offset - gap)), self.marks)
         return 0.5 * float(square(self.library, u_q, self.K * self.marks.weights))
 
 

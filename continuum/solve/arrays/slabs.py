@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from continuum.inputs.errors import InputError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.model.shared_grid import columns_of_part
 from continuum.solve.arrays.library import Array, Jax
 from continuum.solve.processes import World, launched
 
@@ -63,6 +64,37 @@ def _join(jax: Any, world: World) -> None:
         raise InputError(f"process {world.rank} of {world.size} does not find the others: {first}") from error
 
 
+class Processes:
+    """The processes of JAX that share fields; what they send goes through one device of each."""
+
+    def __init__(self, jax: Any, rank: int, size: int, parts: int, devices: NDArray[Any]) -> None:
+        self.rank, self.size, self.parts = rank, size, parts
+        self._jax = jax
+        self._mesh: Any = jax.sharding.Mesh(devices[:: parts // size], (_AXIS,))
+
+    def gather(self, values: NDArray[Any]) -> NDArray[Any]:
+        if self.size == 1:
+            return values[None]
+        found: NDArray[Any] = import_module("jax.experimental.multihost_utils").process_allgather(values)
+        return found
+
+    def exchange(self, blocks: NDArray[Any]) -> NDArray[Any]:
+        if self.size == 1:
+            return blocks
+        spec = self._jax.sharding.PartitionSpec
+        rows, columns = spec(_AXIS), spec(None, _AXIS)
+        shape = self.size, *blocks.shape
+        sharding = self._jax.sharding.NamedSharding(self._mesh, rows)
+        given = self._jax.make_array_from_callback(shape, sharding, lambda part: blocks[None])
+        exchanged = self._jax.shard_map(
+            lambda block: self._jax.lax.all_to_all(block, _AXIS, split_axis=1, concat_axis=0, tiled=True),
+            mesh=self._mesh, in_specs=rows, out_specs=columns,
+        )  # fmt: skip
+        (shard,) = self._jax.jit(exchanged)(given).addressable_shards
+        found: NDArray[Any] = np.asarray(shard.data)[:, 0]
+        return found
+
+
 class Slabs(Jax):
     """Arrays of JAX in slabs, one on each of so many devices.
 
@@ -77,7 +109,7 @@ class Slabs(Jax):
             jax.config.update("jax_num_cpu_devices", parts // world.size)
         _join(jax, world)
         super().__init__()
-        self.processes = world.size
+        self.processes, self.rank = world.size, world.rank
         devices = sorted(jax.devices(), key=lambda each: (each.process_index, each.id))
         if len(devices) < parts:
             found = f"{len(devices)} ({devices[0].platform})"
@@ -102,6 +134,31 @@ class Slabs(Jax):
         values = np.asarray(values, dtype=kind or np.float64)
         return self._place(values, *self._rows(values.shape))
 
+    def _own(self, values: NDArray[Any], axis: int) -> Array:
+        """An array of which each process has its parts along an axis."""
+        have, first = values.shape[axis], self.rank * values.shape[axis]
+        shape = *values.shape[:axis], have * self.processes, *values.shape[axis + 1 :]
+
+        def part(index: tuple[slice, ...]) -> NDArray[Any]:
+            start, stop, _ = index[axis].indices(shape[axis])
+            return values[(*index[:axis], slice(start - first, stop - first))]
+
+        return self._jax.make_array_from_callback(shape, self._sharding(*(None,) * axis, _AXIS), part)
+
+    def put_field(self, grid: Grid, values: Real) -> Array:
+        if grid.shared:
+            return self._own(np.asarray(values, dtype=np.float64), 0)
+        return self.put(values)
+
+    def get_field(self, grid: Grid, values: Array) -> Real:
+        if not grid.shared:
+            return self.get(values)
+        own: Real = np.empty(grid.shape_here)
+        for shard in values.addressable_shards:
+            start, stop, _ = shard.index[0].indices(grid.shape[0])
+            own[start - grid.rows.start : stop - grid.rows.start] = shard.data
+        return own
+
     def _rows(self, shape: tuple[int, ...]) -> Axes:
         """The axes of an array over the points, or over its rows, in slabs."""
         return _ROWS if len(shape) == 2 and shape[0] % self.parts == 0 else ()
@@ -116,11 +173,13 @@ class Slabs(Jax):
 
     def _columns(self, columns: int) -> int:
         """Columns of a part of a spectrum."""
-        return -(-columns // self.parts)
+        return columns_of_part(columns, self.parts)
 
     def put_q(self, values: Any, kind: Any = None, *, beyond: float = 0.0) -> Array:
-        rows, columns = values.shape
         values = np.asarray(values, dtype=kind or np.float64)
+        if values.ndim == 3:  # the modes of this process
+            return self._place(values[..., None]) if values.shape[2] == 1 else self._own(values[..., None], 1)
+        rows, columns = values.shape
         if columns == 1:
             return self._place(values[:, :, None, None])
         k = self._columns(columns)
@@ -150,9 +209,7 @@ class Slabs(Jax):
         return self._over_slabs("every second", lambda slab: slab[::2, ::2], _ROWS, _ROWS)(values)
 
     def hats(self, along_x: Real, along_y: Real) -> tuple[Array, Array]:
-        # A slab begins at a node.  The functions of its rows are those of every slab: of its nodes and of the next one.
-        rows, nodes = (n // self.parts for n in along_x.shape)
-        return self.number(along_x[:rows, : nodes + 1]), self.number(along_y)
+        return self.number(along_x), self.number(along_y)
 
     def onto_nodes(self, values: Array, hats: tuple[Array, Array]) -> Array:
         return self._over_slabs("onto nodes", self._onto_nodes, _ROWS, _ROWS, (), ())(values, *hats)
@@ -201,6 +258,9 @@ class Slabs(Jax):
         if not values.is_fully_addressable and not values.is_fully_replicated:
             values = import_module("jax.experimental.multihost_utils").process_allgather(values, tiled=True)
         return np.array(values, dtype=np.float64)
+
+    def company(self) -> Processes:
+        return Processes(self._jax, self.rank, self.processes, self.parts, self._mesh.devices)
 
     def name(self) -> str:
         if self._platform.platform == "cpu":

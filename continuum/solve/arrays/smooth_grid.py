@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from continuum.model.fourier import Real, cut
+from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.arrays import passes
@@ -38,7 +38,7 @@ class _Descending(Modes):
 
     def __init__(self, library: Library, grid: Grid, stiffness_q: Real, kind: Any = None) -> None:
         super().__init__(library, grid, stiffness_q, kind)
-        self._short_waves = SHORT_WAVES * float(stiffness_q[:, 1:].max())
+        self._short_waves = SHORT_WAVES * grid.greatest_wave(stiffness_q, along_y=True)
         self._shifts: dict[float, Array] = {}
         self._c0: Array = None
 
@@ -182,11 +182,11 @@ class ArraySmoothGrid(_Descending, PressedModes):
         self._sampled, below = sampled, grid.coarser
         self.coarser: ArraySmoothGrid | None = None
         if coarser > 0 and below is not None and grid.narrowest > smallest and library.fits(grid, below):
-            K = cut(stiffness_q, below.shape_q)
+            K = grid.low_q(stiffness_q, below)
             self.coarser = ArraySmoothGrid(library, below, K, smallest, precision, coarser - 1, sampled=sampled)
             self.linear = ArrayLinearGrid(library, below, K, precision, self.coarser.linear)
             contact = SlabContact if library.parts > 1 else ArrayContact
-            self.contact = contact(self, float(stiffness_q[:, 1:].max()))
+            self.contact = contact(self, grid.greatest_wave(stiffness_q, along_y=True))
 
     @property
     def chain(self) -> list[ArraySmoothGrid]:
@@ -205,10 +205,10 @@ class ArraySmoothGrid(_Descending, PressedModes):
         self, law: Law, offset: Real, start: Real | None, *, lift: float, pressure: float, mean_stiffness: float
     ) -> bool:
         fields = (offset,) if start is None else (offset, start)
-        if not np.isfinite([lift, *(float(each.sum()) for each in fields)]).all():
+        if not np.isfinite([lift, *map(self.grid.total, fields)]).all():
             return False
-        self.offset = self.library.put(offset) + lift
-        self.start = None if start is None else self.library.put(start)
+        self.offset = self.library.put_field(self.grid, offset) + lift
+        self.start = None if start is None else self.library.put_field(self.grid, start)
         wall, held = passes.DeviceLaw.on(self.library, law), bool(np.isinf(mean_stiffness))
         for grid in self.chain:
             grid.law, grid.wall, grid.pressure = law, wall, pressure
@@ -305,10 +305,10 @@ class ArraySmoothGrid(_Descending, PressedModes):
         return math.sqrt(square(self.library, self.g, self.marks.weights))
 
     def look(self) -> Real:
-        return self.library.get(self.z)
+        return self.library.get_field(self.grid, self.z)
 
     def hand_out(self) -> Real:
-        gap = self.library.get(self.z)
+        gap = self.library.get_field(self.grid, self.z)
         self.release()
         return gap
 

@@ -11,6 +11,7 @@ from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.tables import Fault, Key, Table
 from continuum.inputs.toml import refuse
 from continuum.model.problem import ContactProblem, check_slope, doubts
+from continuum.model.shared_grid import Company, SharedGrid
 from continuum.model.surface import Moments
 from continuum.solve.solution import Settings
 from continuum.store.granted import granted_memory
@@ -40,8 +41,8 @@ class RunSetup:
         return replace(self.problem, wall=self.config.wall.at_work(work))
 
 
-def build(config: RunConfig) -> RunSetup:
-    """The contact problem of a configuration.
+def build(config: RunConfig, company: Company | None = None) -> RunSetup:
+    """The contact problem of a configuration; of a company, the slabs of this process.
 
     Raises ConfigError if the run does not fit into memory, or a file does not hold what it should.
     """
@@ -51,6 +52,8 @@ def build(config: RunConfig) -> RunSetup:
         limit = f"a run that needs at most the {available / 1e9:.3g} GB of this machine, not {needed / 1e9:.3g}"
         raise refuse(config, Fault(("grid", "n"), limit, cause))
     grid, faults, lower = config.grid.build(), list[Fault](), config.counterface
+    if company is not None:
+        grid = SharedGrid(grid.shape, grid.lengths, company=company)
     wall = _made(("wall",), config.wall, config.wall.build, faults)
     heights = _made(("surface",), config.surface, lambda: config.surface.build(grid), faults)
     if lower is not None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from continuum.measure.contact import ATTRACTED, REPULSIVE, Equilibrium, Totals, contact_map, quantity, shared
 from continuum.model.problem import ContactProblem
+from continuum.model.shared_grid import Company
 from continuum.path.state import CONTROLS, Branch, Event, JumpSide, Outcome, PathState, numbers
 from continuum.solve.solution import Solution, Status, Work
 from continuum.solve.solver import Solver
@@ -73,6 +74,12 @@ MAPS = {
     "imprint": StoredMap(("x", "y"), "a0", "depth of the imprint that the wall keeps"),
 }
 """Datasets of the points of the grid in the file of a run; a file need not have each."""
+
+
+def maps_in(rows: slice) -> dict[str, Any]:
+    """For each dataset of the points that a path goes on from, the part that holds some rows."""
+    of_points = dict.fromkeys(("repulsive", "attracted", "gap"), (slice(None), rows))
+    return {**of_points, "restart/gap": rows, "heights": slice(0)}
 
 
 _RENAMED = {"turn": "threshold", "NO_TURN": "NO_THRESHOLD"}
@@ -152,6 +159,8 @@ class Record:
     """Seconds of the solve of each point, and of the whole point with its search and the writing."""
     grown_from: str = ""
     """Identity of the stored run whose points this one begins with; empty if there is none."""
+    company: Company | None = None
+    """The processes that have the points of the grid together, each some rows of all fields; None where one has all."""
     good: list[PathState] = field(default_factory=list)
     """The states that the next point starts from, updated by :func:`continuum.path.loading.follow`."""
 
@@ -177,8 +186,8 @@ class Record:
         """Datasets of the record; with ``restart`` also the state that the next point starts from."""
         datasets = {
             "step": Dataset(np.arange(len(self.points)), ("step",), "1", "point of the path"),
-            "repulsive": _masks(self.repulsive, "repulsive contact"),
-            "attracted": _masks(self.attracted, "attracted area"),
+            "repulsive": self._masks(self.repulsive, "repulsive contact"),
+            "attracted": self._masks(self.attracted, "attracted area"),
             "journal/seconds": _times(self.seconds, 1, "wall time of the point, with its search"),
             "journal/solve_seconds": _times(self.seconds, 0, "wall time of the solve of the point itself"),
             **store.columns(self.points, "step"),
@@ -188,7 +197,7 @@ class Record:
         if self.events:
             datasets |= self._events()
         if self.fields:
-            datasets["gap"] = Dataset(np.array(self.gaps), ("step", "x", "y"), "a0", "gap")
+            datasets["gap"] = Dataset(self.rows(np.array(self.gaps)), ("step", "x", "y"), "a0", "gap")
         if self.good and self.good[-1].imprint is not None:
             what = "depth of the imprint that the wall keeps, to which later heights are raised"
             kind = np.float64 if restart else np.float32
@@ -204,8 +213,17 @@ class Record:
             what = f"of the states, in their units: {', '.join(_TOTALS)}"
             datasets["restart/contact"] = Dataset(values, ("restart_point", "restart_number"), "", what)
             gap = np.maximum(self.good[-1].gap, 0.0) if "imprint" in datasets else self.good[-1].gap
-            datasets["restart/gap"] = Dataset(gap, ("x", "y"), "a0", "gap of the last of these, the start of the next")
+            what = "gap of the last of these, the start of the next"
+            datasets["restart/gap"] = Dataset(self.rows(gap), ("x", "y"), "a0", what)
         return datasets
+
+    def rows(self, values: NDArray[Any]) -> NDArray[Any] | store.Slabs:
+        """Values of a dataset of the points of the grid, from those of this process."""
+        return values if self.company is None else store.Slabs(values, self.company)
+
+    def _masks(self, masks: list[NDArray[np.uint8]], name: str) -> Dataset:
+        what = f"{name}, eight points along y in a byte, first in its highest bit"
+        return Dataset(self.rows(np.array(masks)), ("step", "x", "y_byte"), "1", what)
 
     def _work(self) -> dict[str, Dataset]:
         """Work on each grid, the finest first; zeros where a solve used fewer grids."""
@@ -322,7 +340,7 @@ def _column(file: store.File, name: str, kind: object) -> list[Any]:
 
 def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Packed masks of the repulsive and of the attracted area, computed row by row, since a grid may be large."""
-    rows = range(0, problem.grid.shape[0], _ROWS)
+    rows = range(0, state.gap.shape[0], _ROWS)
     kinds = (contact_map(problem.wall, state.gap[row : row + _ROWS]) for row in rows)
     masks = [(store.pack(kind == REPULSIVE), store.pack(kind == ATTRACTED)) for kind in kinds]
     repulsive, attracted = (np.concatenate(parts) for parts in zip(*masks, strict=True))
@@ -331,8 +349,3 @@ def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint
 
 def _times(seconds: list[tuple[float, float]], column: int, what: str) -> Dataset:
     return Dataset(np.array([times[column] for times in seconds], dtype=float), ("step",), "s", what)
-
-
-def _masks(masks: list[NDArray[np.uint8]], name: str) -> Dataset:
-    what = f"{name}, eight points along y in a byte, first in its highest bit"
-    return Dataset(np.array(masks), ("step", "x", "y_byte"), "1", what)

@@ -11,13 +11,15 @@ from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from continuum.inputs.errors import InputError, OutputError
 from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
+from continuum.model.shared_grid import own_rows
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
 from continuum.path.state import Branch, Outcome, PathState, gone
@@ -34,7 +36,7 @@ from continuum.store.provenance import journal, provenance
 from continuum.store.runs.build import RunSetup, build
 from continuum.store.runs.config import RunConfig
 from continuum.store.runs.growth import SMALL, Growth, as_begun, contact_identity, growth_of, stored_state
-from continuum.store.runs.record import Point, Record
+from continuum.store.runs.record import Point, Record, maps_in
 from continuum.store.runs.result import Result
 from continuum.store.runs.trials import KeptTrials
 
@@ -88,8 +90,17 @@ def follow_run(
     config, until = (config, "") if force else as_begun(config, path)
     key = identity(config)
     distinct(path, config.files)
-    system = build(config)
-    record, finished = _stored(system, path, key, growth, added, force=force)
+    world = sharing(config.solver.shards)
+    if world.size > 1 and config.loading.threshold is not None:
+        raise InputError("a search for thresholds divides its points over the devices of one process only")
+    divided = not added and _may_be_divided(config)
+    parts = maps_in(own_rows(config.grid.n[0], world.rank, world.size)) if divided else {}
+    stored = partial(_stored, config, path, key, growth, added, parts, force=force)
+    record, finished = stored()
+    with in_company(world):
+        solver = config.solver
+        company = back_end(solver.device, solver.shards).company() if divided and not finished else None
+        system = build(config, company)
     said = list(system.warnings)
     if record.grown_from and not finished:
         said.append(f"{path}: continues with {len(record.points)} stored points of another path")
@@ -99,12 +110,9 @@ def follow_run(
         warn(said)
     if finished:
         return replace(Result.read(path), resumed=len(record.points), seconds=time.perf_counter() - start)
-    world = sharing(config.solver.shards)
-    if world.size > 1 and config.loading.threshold is not None:
-        raise InputError("a search for thresholds divides its points over the devices of one process only")
     with reserved(path) if world.first else nullcontext():
         # Read again, now that no other process writes it.
-        record, _ = _stored(system, path, key, growth, added, force=force)
+        record = replace(stored()[0], company=company)
         resumed = len(record.points)
         trials = KeptTrials(path.with_suffix(".trials.json"), key, every)
         if force:
@@ -113,7 +121,9 @@ def follow_run(
             begun = _Begun(resumed, start, next(_RUNS) == 0)
             write = partial(_write, system, path, key, begun, added, world.first)
             with in_company(world):
-                said_of_it = _follow(system, record, growth, write, every, progress, trials)
+                # Several processes have to write at the same time, and none can once another is gone.
+                often = every if world.size == 1 else 0.0
+                said_of_it = _follow(system, record, growth, write, often, progress, trials)
         except BaseException:
             trials.save()
             raise
@@ -155,7 +165,8 @@ def _follow(
         del solver  # what is added needs memory, too
         return write(record)
     except (Exception, KeyboardInterrupt, SystemExit) as error:
-        if unwritten is not None and not isinstance(error, OutputError):
+        alone = record.company is None or record.company.size == 1
+        if unwritten is not None and alone and not isinstance(error, OutputError):
             write(record.beginning(*unwritten))
         raise
 
@@ -210,7 +221,7 @@ def _write(
         datasets[f"wall/{name}"] = Dataset(values, ("wall_knot",), *_OF_KNOTS[name])
     if config.output.fields:
         heights = system.problem.heights.astype(np.float32)
-        datasets["heights"] = Dataset(heights, ("x", "y"), "a0", "height of the rigid wall")
+        datasets["heights"] = Dataset(record.rows(heights), ("x", "y"), "a0", "height of the rigid wall")
     if finished:
         datasets |= {name: make(system, record) for name, make in added.items()}
     before = sum(whole for _, whole in record.seconds[: begun.resumed])
@@ -236,12 +247,15 @@ def _write(
     said |= {**attributes_of(system, key), **record.attributes(), **journalled}
     if writes:
         store.write(path, datasets, said)
+    else:
+        store.hand_over(datasets)
     return said
 
 
 def positions_of(system: RunSetup) -> dict[str, Real]:
     """Positions of the points along each axis, in a0, by the name of the axis."""
-    x, y = system.problem.grid.positions
+    grid = system.problem.grid
+    x, y = Grid(grid.shape, grid.lengths).positions
     return {"x": x[:, 0], "y": y[0]}
 
 
@@ -265,11 +279,24 @@ def attributes_of(system: RunSetup, key: str) -> dict[str, Attribute]:
     return {**attributes, **config.surface.attributes}
 
 
+def _may_be_divided(config: RunConfig) -> bool:
+    """Whether each process may hold its slabs only: of imprints, of a stability and of a counterface it has no part."""
+    wall, solver = config.wall, config.solver
+    whole = config.counterface is not None or solver.stability or config.loading.threshold is not None
+    return solver.shards > 1 and config.substrate.repeats and bool(np.isinf(wall.hardness)) and not whole
+
+
 def _stored(
-    system: RunSetup, path: Path, key: str, growth: Growth | None, added: Mapping[str, Made], *, force: bool
+    config: RunConfig,
+    path: Path,
+    key: str,
+    growth: Growth | None,
+    added: Mapping[str, Made],
+    parts: Mapping[str, Any],
+    *,
+    force: bool,
 ) -> tuple[Record, bool]:
     """The stored part of this run, or of another path that it continues, and whether it is complete."""
-    config = system.config
     here = None if force else growth_of(config, path)
     if here is not None and here.identity != key and here.whole:
         if not here.kept:
@@ -278,14 +305,15 @@ def _stored(
     elif path.exists():
         growth = None
     if growth is not None and growth.kept:
-        stored = store.read_datasets(growth.source, config.result_schema, config.result_version)
+        stored = store.read_datasets(growth.source, config.result_schema, config.result_version, parts=parts)
         with understood(growth.source):
             whole = Record.restored(stored, fields=config.output.fields)
         # What the next point starts from is stored of the last point only.
         good = whole.good if growth.kept == len(whole.points) else []
         return replace(whole.beginning(growth.kept, good), grown_from=growth.identity), False
+    other = partial(differences, config)
     file = store.earlier(
-        path, config.result_schema, config.result_version, key, force=force, differences=partial(differences, config)
+        path, config.result_schema, config.result_version, key, force=force, differences=other, parts=parts
     )
     if file is None:
         return Record(config.output.fields, grown_from=growth.identity if growth is not None else ""), False
