@@ -27,6 +27,7 @@ from continuum.store.datasets import Dataset
 from continuum.store.granted import granted_memory
 from continuum.store.output import LockedError, folder, remove_stale, save, whole
 from continuum.store.provenance import provenance
+from continuum.store.runs.cost import memory_on_device
 from continuum.store.sheet import write_csv
 from continuum.store.sweeps.axes import Sweep
 from continuum.store.sweeps.cluster import Allocation, slurm_script
@@ -79,8 +80,9 @@ def sweep(
     name : name of the folder of the sweep, instead of that of the input.
     settings : values for keys of the input; a list for a key on an axis.
     reduced : use the smaller sizes of [sweep.reduced]: minutes instead of days.
-    workers : number of processes; one by default, or one for each GPU; fewer if memory does not suffice.  With 0 the
-        folder is made and nothing is run: the ``jobs`` of the result are for another scheduler.
+    workers : number of processes; one by default, or one for each GPU; fewer if memory does not suffice.  Several may
+        share a GPU whose memory holds the largest system of each.  With 0 the folder is made and nothing is run: the
+        ``jobs`` of the result are for another scheduler.
     threads : threads of the solver of each system.
     device : device of the solver, instead of ``[solver] device`` of the input: cpu, cuda (a GPU) or a library.
     memory : memory to use, in bytes; all of this machine if None.
@@ -102,7 +104,7 @@ def sweep(
         If the input cannot be run, results cannot be stored (the folder may hold another sweep, or files of your own),
         or there is no such cluster.
     ArgumentError, InputError
-        If an argument is not allowed; or this machine has not the device, or fewer GPUs than workers.
+        If an argument is not allowed; or this machine has not the device, or its GPUs not the memory for the workers.
     """
     for argument, called in (("progress", progress), ("begun", begun), ("warn", warn), ("meanwhile", meanwhile)):
         function(argument, called)
@@ -125,7 +127,9 @@ def sweep(
         # Systems that are divided have all devices, one system after the other.
         devices = () if config.solver.shards > 1 else back_end(config.solver.device).devices()
     at_once = max(1, len(devices)) if workers is None else workers
-    check_workers(at_once or 1, threads, devices)
+    check_workers(at_once or 1, threads)
+    if devices and at_once > len(devices):
+        _check_cards(described, len(devices), at_once)
     limit = granted_memory() if memory is None else number("memory", memory, above=0)
     root = file_name("output", output) / described.name
     part, parts = pair("shard", shard)
@@ -151,6 +155,18 @@ def sweep(
             if progress is not None:
                 progress(one, len(ended), len(tasks))
     return replace(_ended(root, ended, searched=described.bisection is not None), died=tuple(died))
+
+
+def _check_cards(described: Sweep, cards: int, workers: int) -> None:
+    """Check that each GPU holds the largest system of as many processes as use it."""
+    systems = [config for _, config in described.systems()]
+    needed = max(memory_on_device(config) for config in systems)
+    fits = max(1, int(back_end(systems[0].solver.device).memory() // needed))
+    if workers > cards * fits:
+        allowed = (
+            f"at most {cards * fits}: {fits} for each of {cards} GPUs, of whose memory each needs {needed / 1e9:.3g} GB"
+        )
+        raise ArgumentError("workers", workers, allowed)
 
 
 def _hear(

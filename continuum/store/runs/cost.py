@@ -18,6 +18,10 @@ UNDER_A_HARD_WALL = 115
 """Of a point of the grid: 82 at 0.9 % of the area (4096²), 114 at 20 % (2048²)."""
 
 
+ON_A_DEVICE = 1e9
+"""Of a process on a GPU beside its fields, for context and kernels: four grids took less (docs/studies/gpu.md)."""
+
+
 @dataclass(frozen=True)
 class Cost:
     """What follows from the input of a run alone."""
@@ -67,6 +71,11 @@ class Share:
         Beside it are sums, and rows at the edges of slabs.
         """
         return 2 * 16 * self.modes * (self.shards - 1) / self.shards**2
+
+
+def memory_on_device(config: RunConfig) -> float:
+    """Memory that a run needs on one GPU, in bytes."""
+    return ON_A_DEVICE + Share.of(config).memory
 
 
 def cost_of(config: RunConfig) -> Cost:

@@ -28,7 +28,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from continuum.inputs.arguments import ArgumentError, count
+from continuum.inputs.arguments import count
 from continuum.inputs.errors import InputError, StickinessError
 from continuum.store.output import LockedError
 
@@ -312,11 +312,11 @@ def run_tasks(
     workers : processes of this machine, the libraries of each with one thread.
     scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
     memory : memory in bytes; tasks run in parallel as long as they fit into it together.
-    devices : GPUs as in CUDA_VISIBLE_DEVICES: each process uses one of its own.
+    devices : GPUs as in CUDA_VISIBLE_DEVICES: each process uses one, in turn.
     meanwhile : called with each message of a task on this machine: progress, result, or death of its process, after
         which the task is run again, alone, when all others have ended.
     """
-    check_workers(workers, 1, devices)
+    check_workers(workers, 1)
     todo = []
     for task in tasks:
         if is_done(task):
@@ -328,8 +328,9 @@ def run_tasks(
         yield from _on_cluster(todo, work, scheduler_file)
         return
     shared = {**os.environ, **dict.fromkeys(_THREADS, "1")}
-    own = [{"CUDA_VISIBLE_DEVICES": device} for device in devices] or [{}] * workers
-    environments = [{**shared, **each} for each in own[:workers]]
+    # JAX alone would take most of a card, which others use too.
+    turns = [{"CUDA_VISIBLE_DEVICES": device, "XLA_PYTHON_CLIENT_PREALLOCATE": "false"} for device in devices] or [{}]
+    environments = [{**shared, **turns[i % len(turns)]} for i in range(workers)]
     died = yield from _in_parallel(todo, work, environments, memory, meanwhile)
     # Memory may not have sufficed in parallel, but may suffice alone.
     for task in died:
@@ -351,15 +352,13 @@ def _in_order(tasks: Iterable[Task], workers: int) -> list[Task]:
     return sorted(longest, key=place)
 
 
-def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> None:
-    """Check the numbers of processes and threads, and that there are not more processes than GPUs.
+def check_workers(workers: int, threads: int) -> None:
+    """Check the numbers of processes and threads.
 
     Raises ArgumentError that names the one that is at fault.
     """
     count("workers", workers, most=_MOST)
     count("threads", threads, most=_MOST)
-    if devices and workers > len(devices):
-        raise ArgumentError("workers", workers, f"at most one for each GPU: {len(devices)}")
 
 
 def _in_parallel(

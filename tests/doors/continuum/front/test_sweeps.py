@@ -11,6 +11,7 @@ import pytest
 import continuum as c
 from continuum.front.cli import main
 from continuum.inputs.errors import InputError
+from continuum.solve.backend import SMOOTH_FIELDS, back_end
 from tests.problems import SMALL
 
 
@@ -228,3 +229,26 @@ def test_a_sweep_begins_from_a_template_of_which_every_line_is_valid(
     assert {row[0]: row[1] for row in c.check(whole, reduced=True).sheet.rows}["searches"] == "3"
     assert {row[0]: row[1] for row in c.check(whole).sheet.rows}["systems"] == str(9 * (2 + 4))
     assert marked
+
+
+def test_as_many_workers_as_the_memory_of_the_gpus_holds(
+    many: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two cards, each with the memory of two processes and a half, of the larger of two systems."""
+
+    class BegunError(Exception):
+        pass
+
+    def begun(tasks: list[Any]) -> None:
+        raise BegunError
+
+    many.write_text(SMALL + '[sweep.axes]\n"grid.n" = [[24, 30], [48, 60]]\n')
+    larger = 1e9 + 8 * SMOOTH_FIELDS * 48 * 60
+    cards = back_end("cpu")
+    monkeypatch.setattr(cards, "devices", lambda: ("0", "1"))
+    monkeypatch.setattr(cards, "memory", lambda: 2.5 * larger)
+    with pytest.raises(c.ArgumentError, match="workers = 5: allowed: at most 4: 2 for each of 2 GPUs"):
+        c.sweep(many, tmp_path / "results", workers=5, begun=begun)
+    assert not (tmp_path / "results").exists()
+    with pytest.raises(BegunError):
+        c.sweep(many, tmp_path / "results", workers=4, begun=begun)
