@@ -297,7 +297,7 @@ def test_the_command_counts_the_exposed_atoms_and_names_the_next_step(capsys: py
         ("--edges mirror", "at least 32 a0 a side"),
         ("--estar 135eV/A3", "possible are"),
         ("--work 20J/m2", "the law would reach further"),
-        ("--surface-atoms 3", "with it, an atom has"),
+        ("--surface-atoms 3", "with it, each of 3 atoms"),
         ("--slab nowhere.data", "slab"),
         ("--size 10Å", "within 2%"),
         ("--law law.toml", "not both"),
