@@ -117,15 +117,17 @@ def _types(app: Sphinx, tree: nodes.document) -> None:
     """Short types of attributes, arguments and results."""
     for node in tree.findall(addnodes.desc_annotation):
         if (short := _short(node.astext())) != node.astext():
-            node.children = [nodes.Text(short)]
+            node.clear()
+            node += nodes.Text(short)
     for body in tree.findall(nodes.field_body):
         for line in body.findall(nodes.paragraph):
-            parts, text = line.children, [child.astext() for child in line.children]
+            parts, text = [*line.children], [child.astext() for child in line.children]
             first = text.index(" (") + 1 if " (" in text else 0
             last = text.index(")", first) if first and ")" in text[first:] else len(parts)
             said = "".join(text[first:last])
             if (short := _short(said)) != said:
-                line.children = [*parts[:first], nodes.Text(short), *parts[last:]]
+                line.clear()
+                line += [*parts[:first], nodes.Text(short), *parts[last:]]
 
 
 def _skipped(app: Sphinx, what: str, name: str, thing: object, skip: bool, options: object) -> bool | None:
@@ -197,13 +199,22 @@ def _unsearched(app: Sphinx, tree: nodes.document) -> None:
         app.env.metadata[name]["nosearch"] = ""
 
 
+_PRIME = r"\prime "
+
+
 def _mathml(text: str, display: str = "inline") -> str:
-    """A formula as MathML: browsers set it by themselves, where scripts of elsewhere are not loaded, too."""
-    return re.sub(r"<mi>(&#x0203[2-4];)</mi>", r'<mo class="prime">\1</mo>', convert(text, display=display))
+    """A formula as MathML: browsers set it by themselves, where scripts of elsewhere are not loaded, too.
+
+    A prime follows its letter at full size: raised as an exponent it can hardly be seen.
+    """
+    primed = re.sub(r"(\\[A-Za-z]+|[A-Za-z])('+)", lambda found: f"{{{found[1]}{len(found[2]) * _PRIME}}}", text)
+    made = convert(primed, display=display)
+    found = re.sub(r"<mi>(&#x02032;)</mi>", r'<mo class="prime" lspace="0" rspace="0">\1</mo>', made)
+    return found.replace("<mo>&#x0002F;</mo>", '<mo lspace="0" rspace="0">&#x0002F;</mo>')
 
 
 def _inline(writer: HTML5Translator, node: nodes.math) -> None:
-    writer.body.append(_mathml(node.astext()))
+    writer.body.append(f"{_mathml(node.astext())}&#8288;")  # a comma behind it begins no line
     raise nodes.SkipNode
 
 
