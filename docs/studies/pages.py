@@ -138,6 +138,13 @@ def _bandwidth(wall: str, column: str, width: int) -> str:
     return f"{getattr(row, column):.2f}"
 
 
+def _on_a_gpu(name: str, work: float) -> str:
+    """Largest relative difference between a GPU and the CPU, of states of Figure 2 at a work of adhesion."""
+    rows = read_csv(KEPT["gpu-3"])
+    found = rows[rows["l_a (a0)"] == work][f"{name} over the CPU's, less 1"]
+    return f"{found.abs().max():.1e}"
+
+
 def _claim(sweep: str, claim: str, number: str) -> str:
     """What was found for a claim of the paper in a sweep, from the page of all verdicts: its first such number."""
     text = (MEASURED / "paper.md").read_text(encoding="utf-8").partition(f"### Verdicts of `{sweep}`")[2]
@@ -373,6 +380,11 @@ def _deck_costs() -> str:
 MADE: dict[str, Callable[[], str]] = {
     "deck-costs.inputs": _deck_costs,
     **{f"table.{name}": lambda file=file: shown(file) for name, file in KEPT.items() if name not in QUOTED},
+    **{
+        f"gpu.{name}-{work}": lambda name=name, work=work: _on_a_gpu(name, work)
+        for name in ("load", "area")
+        for work in (0.0, 0.005)
+    },
     "ensemble.limits": ensemble.limits,
     "judgement": lambda: judgement.tables(_judged()),
     "law_bandwidth": lambda: "\n".join(law_bandwidth.judged(_bandwidths())),

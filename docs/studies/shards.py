@@ -52,7 +52,7 @@ def scaling() -> Sheet:
     ]  # fmt: skip
     rows = []
     for machine in machines():
-        for n, devices in ((16384, 4), (16384, 8), (32768, 8), (32768, 32), (65536, 8), (65536, 64)):
+        for n, devices in ((16384, 4), (32768, 8), (65536, 8), (65536, 64)):
             if machine.joined == "NVLink" and devices > 8:
                 continue  # that joins the eight of one machine
             modes = n * devices * -(-(n // 2 + 1) // devices)

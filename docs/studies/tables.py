@@ -35,6 +35,6 @@ def shown(file: Path) -> str:
     return Sheet.of(file.stem, head, rows).markdown()
 
 
-QUOTED = ("contacts_of_atoms", "geometry-1", "geometry-2", "geometry-3")
+QUOTED = ("contacts_of_atoms", "geometry-1", "geometry-2", "geometry-3", "gpu-3")
 """Tables of which pages quote numbers only."""
 KEPT = {file.stem: file for file in sorted(FOLDER.glob("*.csv"))}
