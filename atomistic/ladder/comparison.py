@@ -90,8 +90,8 @@ class ValidatedState:
     """N/A0 of the rungs of the crystal at the repulsive area of the lattice; NaN where one jumps over it."""
     seconds: float
     """Wall time of the relaxation, in s."""
-    place: str = quantity("", "why the state was taken: an area, or beside a jump")
-    area: float = quantity("1", "repulsive area asked for, A_rep/A0; found, beside a jump")
+    place: str = quantity("", "how the state was chosen: by its area, or beside a jump")
+    area: float = quantity("1", "repulsive area A_rep/A0: requested, or found beside a jump")
     branch: str = quantity("", "branch of the loading path")
     load_ratio: float = quantity("1", "load of the half-space over that of the lattice response, at equal separation")
     """The error of ignoring the mean compliance."""

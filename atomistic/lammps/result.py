@@ -92,10 +92,10 @@ class DeckResult:
     separation: float = quantity("a0", "separation of the wall's zero from the surface at rest")
     offset_x: float = quantity("a0", "position of the wall along x")
     offset_y: float = quantity("a0", "position of the wall along y")
-    target_force: float = quantity("E* a0^2", "force to be met; 0 if none was given")
+    target_force: float = quantity("E* a0^2", "prescribed force; 0 if none")
     force: float = quantity("E* a0^2", "force of the wall on the surface, compression positive")
-    lateral_x: float = quantity("E* a0^2", "force of the wall on the surface along x; 0 of a wall of the sites")
-    lateral_y: float = quantity("E* a0^2", "force of the wall on the surface along y, likewise")
+    lateral_x: float = quantity("E* a0^2", "force of the wall on the surface along x; 0 if the wall follows the sites")
+    lateral_y: float = quantity("E* a0^2", "force of the wall on the surface along y; 0 if the wall follows the sites")
     area_rep: float = quantity("1", "A_rep/A0")
     area_att: float = quantity("1", "A_att/A0")
     wall_energy: float = quantity("E* a0^3", "energy of the wall")
@@ -103,11 +103,11 @@ class DeckResult:
     largest_force: float = quantity("E* a0^2", "largest force on a mobile atom, the wall included")
     tolerance: float = quantity("E* a0^2", "largest force allowed")
     smallest_gap: float = quantity("a0", "smallest gap of all atoms that move")
-    core: float = quantity("a0", "gap below which the wall law is only continued")
+    core: float = quantity("a0", "gap below which the wall law is extrapolated")
     evaluations: int = quantity("1", "number of force evaluations")
     lammps_version: int = quantity("", "date of the release, yyyymmdd")
-    start_force: float = quantity("E* a0^2", "largest force where it started, of a deck with relaxed starts", np.nan)
-    moved: float = quantity("a0", "largest distance of an atom from where it started, likewise", np.nan)
+    start_force: float = quantity("E* a0^2", "largest force at the start, of a deck with relaxed starts", np.nan)
+    moved: float = quantity("a0", "largest displacement of an atom, of a deck with relaxed starts", np.nan)
     bonded: bool = False
     """True if bonds are fixed, so that neighbours cannot change."""
     structure: NDArray[np.int64] | None = field(default=None, repr=False)
@@ -152,7 +152,7 @@ class DeckResult:
 
     @property
     def faulted(self) -> int:
-        """Number of atoms in stacking faults, hcp among fcc ones; -1 if nobody looked, or the crystal is another."""
+        """Number of atoms in stacking faults, hcp among fcc ones; -1 if not analysed, or not an fcc crystal."""
         if self.structure is None or not self.slab.name.startswith("fcc"):
             return 0 if self.bonded else -1
         return int(np.count_nonzero(self.structure == HCP))

@@ -51,8 +51,8 @@ class DeckStep(Totals):
     """
 
     separation: float = quantity("a0", "height of the wall's zero above the surface at rest")
-    offset_x: float = quantity("a0", "way of the wall along x")
-    offset_y: float = quantity("a0", "way of the wall along y")
+    offset_x: float = quantity("a0", "displacement of the wall along x")
+    offset_y: float = quantity("a0", "displacement of the wall along y")
     mean_gap: float = quantity("a0", "mean gap")
     lateral_x: float = quantity("E*", "force of the wall on the atoms along x over A0")
     lateral_y: float = quantity("E*", "force of the wall on the atoms along y over A0")
@@ -67,17 +67,17 @@ class DeckStep(Totals):
     mean_gap_error: float = quantity("a0", "standard error of the mean gap")
     temperature_error: float = quantity("E* a0^3", "standard error of k_B T")
     work_along: float = quantity("E* a0", "work of the sliding wall on the atoms over A0")
-    work_up: float = quantity("E* a0", "work of the wall on the atoms as it moved up or down, over A0")
-    taken_by_wall: float = quantity("E* a0", "energy over A0 that a wall took beyond the work of the load it keeps")
+    work_up: float = quantity("E* a0", "work of the wall on the atoms by its vertical motion, over A0")
+    taken_by_wall: float = quantity("E* a0", "energy over A0 that the wall absorbed beyond the work of its load")
     heat: float = quantity("E* a0", "heat from the thermostat over A0")
-    inner_energy: float = quantity("E* a0", "energy of atoms and wall over A0 at the end, with their motion")
+    inner_energy: float = quantity("E* a0", "energy of atoms and wall over A0 at the end, kinetic energy included")
     largest_force: float = quantity("E* a0^2", "largest force left on an atom")
     evaluations: int = quantity("1", "evaluations of the forces")
-    start_force: float = quantity("E* a0^2", "largest force on an atom where the step started; NaN if nobody looked")
-    moved: float = quantity("a0", "largest distance of an atom from where it started; NaN if nobody looked")
-    slipped: int = quantity("1", "atoms with other nearest neighbours than before")
-    faulted: int = quantity("1", "atoms in stacking faults, hcp by common neighbour analysis; -1 if nobody looked")
-    status: str = quantity("", "whether it is an equilibrium, or why not")
+    start_force: float = quantity("E* a0^2", "largest force on an atom at the start of the step; NaN if not measured")
+    moved: float = quantity("a0", "largest displacement of an atom in the step; NaN if not measured")
+    slipped: int = quantity("1", "atoms whose nearest neighbours changed")
+    faulted: int = quantity("1", "atoms in stacking faults, hcp by common neighbour analysis; -1 if not analysed")
+    status: str = quantity("", "equilibrium, or the reason why not")
     direction: float = 0.0
     """Direction of sliding where it is no axis, from x to y, in degrees."""
 

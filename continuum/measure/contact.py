@@ -52,9 +52,9 @@ class Equilibrium(Totals):
     as of a state with its gap, or of a point as it is stored, add theirs.
     """
 
-    control: str = quantity("", "what is given")
+    control: str = quantity("", "controlled quantity")
     """Name of the given quantity."""
-    target: float = quantity("", "value of what is given: in a0, in E* (mean pressure), or a fraction of A0 (area)")
+    target: float = quantity("", "value of the control: in a0, in E* (mean pressure), or a fraction of A0 (area)")
     """Target value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)."""
     branch: str = quantity("", "direction from which the point was reached")
     """Direction from which the point was reached: start, approach or retract."""

@@ -141,7 +141,7 @@ class RetractionTable(Table):
     """[loading.retraction]: the way back, if it has other targets than the approach."""
 
     control: Control
-    """what is given at each point of the way back"""
+    """controlled quantity on the way back"""
     targets: _Targets
     """its values, in the unit of the control, a list or a range: separation and mean gap increasing, mean pressure and
     repulsive area decreasing"""
@@ -155,7 +155,7 @@ class _WaysTable(Table):
     """Way of a path."""
 
     control: Control
-    """what is given at each point"""
+    """controlled quantity"""
     targets: _Targets
     """its values on approach, a list or a range {from, to, step | factor | count}: separation and mean gap in a0,
     decreasing; mean pressure in E* and repulsive area as a fraction of A0, increasing"""

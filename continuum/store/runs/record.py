@@ -90,17 +90,17 @@ _RENAMED = {"turn": "threshold", "NO_TURN": "NO_THRESHOLD"}
 class Point(Equilibrium):
     """Numbers of one point of a path.  Each field is stored as a dataset over ``step``."""
 
-    lowest_load: float = quantity("E*", "smallest load found on the way from the point before")
-    lowest_load_mean_gap: float = quantity("a0", "mean gap there")
-    elastic_energy: float = quantity("E* a0", "elastic energy per area, of a periodic surface without the mean mode")
+    lowest_load: float = quantity("E*", "smallest load between the previous point and this one")
+    lowest_load_mean_gap: float = quantity("a0", "mean gap at the smallest load")
+    elastic_energy: float = quantity("E* a0", "elastic energy per area; on a periodic surface without the mean mode")
     residual: float = quantity("E*", "root-mean-square residual traction")
-    duality_gap: float = quantity("E* a0", "bound on the error of the energy per area, under a hard wall; else NaN")
-    lowest_eigenvalue: float = quantity("E*/a0", "lowest eigenvalue of the Hessian, where it was asked for; else NaN")
+    duality_gap: float = quantity("E* a0", "bound on the error of the energy per area; NaN without a hard wall")
+    lowest_eigenvalue: float = quantity("E*/a0", "lowest eigenvalue of the Hessian; NaN if not requested")
     iterations: int = quantity("1", "iterations of the solver")
-    fft_pairs: float = quantity("1", "Fourier transforms, halved, of all grids, weighted by their points")
-    sweeps: int = quantity("1", "evaluations of the line search, finest grid")
-    search_pairs: float = quantity("1", "Fourier transforms of the search for the point and for jumps, likewise")
-    search_solves: int = quantity("1", "equilibria of that search")
+    fft_pairs: float = quantity("1", "pairs of Fourier transforms on all grids, weighted by their points")
+    sweeps: int = quantity("1", "evaluations of the line search on the finest grid")
+    search_pairs: float = quantity("1", "pairs of Fourier transforms of the search for the point and for jumps")
+    search_solves: int = quantity("1", "equilibria of the search for the point and for jumps")
     status: str = quantity("", "how the solve ended")
 
     @classmethod
