@@ -21,9 +21,11 @@ from continuum.paper.figures import FIGURES
 from continuum.paper.points import MARKERS, adhesion_colour
 from continuum.show import plot
 from continuum.theory import paper
+from docs.studies import claims
 from docs.studies.judgement import MEASURED, held, verdict
+from docs.studies.tables import points_of
 
-POINTS = MEASURED / "paper-own-size-points.csv"
+POINTS = points_of("own-size")
 STEM = MEASURED / "paper-own-size-figure4"
 PATHS = MEASURED / "own-size-part.csv"
 """Six systems with three points on a path of approach, by an earlier input; a seventh has one."""
@@ -152,7 +154,7 @@ def judged(every: DataFrame) -> Iterator[Judged]:
 
     for name, values, expected in (
         ("7. N_att over (w/Δr) A_att", pulling.tension, ((0.0005, 1.0, 0.05), (0.005, 0.92, 0.06), (0.05, 0.68, 0.1))),
-        ("8. N_rep over that without adhesion", over_bare(rows, "load_rep")[pulling.index],
+        ("8. N_rep over that without adhesion", over_bare(rows, "inverse_rep")[pulling.index],
          ((0.0005, 0.98, 0.03), (0.005, 0.93, 0.06), (0.05, 0.8, 0.1))),
     ):  # fmt: skip
         for length, said, bound in expected:
@@ -277,6 +279,56 @@ def widths() -> Iterator[str]:
     for width in sorted(WIDTHS):
         cells = [f"{geometric(part):.2f} ({len(part)})" if len(part := of(width)) else "-" for _, of in columns]
         yield f"| {width} | {2048 / width:g} | {' | '.join(cells)} |"
+
+
+QUOTED = (
+    "sticks", "right", "geometries", "named", "missed", "within", "perimeter", "tension", "pressure", "same-diameter",
+    "power", "necessary", "kappa-rep", "attraction-weak", "attraction-strong", "ratio", "ratio-measured", "diameter",
+)  # fmt: skip
+
+
+def quoted() -> dict[str, str]:
+    """Numbers of docs/paper.md, over the systems of seed 1."""
+    every = at_area(points()).query("seed == 1")
+    rows, bare = every[every.length > 0], every[every.length == 0]
+    strong = (rows.length == 0.05) & (rows.slope == 0.1)
+    right = rows.named == rows.sticks
+    geometries = right.groupby([rows.lambda_s, rows.hurst, rows.slope]).all()
+    wide = every[every.chord > 10].disc_ratio
+    thin = rows[rows.thin]
+    repulsion, diameter = (over_bare(every, name)[rows.index].dropna() for name in ("inverse_rep", "diameter"))
+    drawn_by = {
+        "attraction-weak": (rows[~strong], "over"), "attraction-strong": (rows[strong], "over"),
+        "ratio": (thin, "ratio_over"), "ratio-measured": (thin, "ratio_own"), "diameter": (rows, "diameter_ratio"),
+    }  # fmt: skip
+    return {
+        "sticks": f"{int(rows.sticks.sum())} of {len(rows)}",
+        "right": _of(right),
+        "geometries": _of(geometries),
+        "named": f"{int((rows.named & ~rows.sticks).sum())} of {int(rows.named.sum())}",
+        "missed": f"{int((~rows.named & rows.sticks).sum())} of {int(rows.sticks.sum())}",
+        "within": _of(every.diameter_ratio.between(0.5, 2)),
+        "perimeter": f"{wide.mean():.2f} ± {wide.std(ddof=1):.2f}",
+        "tension": ", ".join(f"{part.tension.mean():.2f}" for _, part in rows.groupby("length")),
+        "pressure": ", ".join(f"{part.mean():.2f}" for _, part in repulsion.groupby(rows.length)),
+        "same-diameter": ", ".join(f"{part.mean():.2f}" for _, part in diameter.groupby(rows.length)),
+        "power": ", ".join(f"{power(rows, *ends):.2f}" for ends in ((0.0005, 0.005), (0.005, 0.05))),
+        "necessary": claims.necessary(rows.assign(reference=True)),
+        "kappa-rep": _from_narrow_to_wide(1 / bare.inverse_rep, bare.width),
+        **{name: _from_narrow_to_wide(part[column], part.width) for name, (part, column) in drawn_by.items()},
+    }  # fmt: skip
+
+
+def power(rows: DataFrame, low: float, high: float) -> float:
+    """Mean exponent of w in 1/κ_att between two l_a, over surfaces."""
+    by = rows.pivot_table(index="surface", columns="length", values="inverse_att")
+    return float((np.log(by[high] / by[low]) / np.log(high / low)).mean())
+
+
+def _from_narrow_to_wide(values: Series, widths: Series) -> str:
+    """Geometric means at the smallest and the largest bandwidth."""
+    means = [geometric(part) for _, part in values.groupby(widths)]
+    return f"{means[0]:.2f} to {means[-1]:.2f}"
 
 
 def drawn() -> DataFrame:

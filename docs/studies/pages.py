@@ -24,6 +24,7 @@ from docs.studies import (
     bandwidth,
     claims,
     classes,
+    decades,
     ensemble,
     exponents,
     figure2,
@@ -34,6 +35,7 @@ from docs.studies import (
     law,
     law_bandwidth,
     one_state_judged,
+    own_size,
     periods,
     pull_off_judged,
     spots,
@@ -49,6 +51,11 @@ _MARKED = re.compile(r"<!--made:([\w.-]+)-->(.*?)<!--end-->", re.DOTALL)
 @cache
 def _stored(name: str) -> DataFrame:
     return read_csv(MEASURED / name)
+
+
+@cache
+def _own() -> dict[str, str]:
+    return own_size.quoted()
 
 
 @cache
@@ -468,6 +475,12 @@ MADE: dict[str, Callable[[], str]] = {
     "paper.asperity-kappa": lambda: f"{KAPPA_BGT:.2f}",
     "paper.persson-kappa": lambda: f"{KAPPA_PERSSON:.2f}",
     "paper.beta": lambda: f"{PERIMETER_FACTOR:.4f}",
+    "own": lambda: "\n".join(own_size.table()),
+    "own.widths": lambda: "\n".join(own_size.widths()),
+    "own.systems": lambda: "\n".join(own_size.systems()),
+    **{f"own.{name}": lambda name=name: _own()[name] for name in own_size.QUOTED},
+    "decades": lambda: "\n".join(decades.table()),
+    **{f"decades.{name}": lambda name=name: decades.quoted()[name] for name in decades.QUOTED},
     "claims.power": lambda: _power("figure2-4096"),
     "claims.power-1024": lambda: _power("figure4-1024"),
     "budget.half-space": lambda: _totals(*((name, "nonadhesive", "0.1") for name in _CRYSTALS)),

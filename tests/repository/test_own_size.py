@@ -118,7 +118,7 @@ def test_an_exponent_is_told_in_each_decade(power: float, what: str, linear: boo
     rows = decade(power)
     found = {name: verdict for name, _, verdict in decades.judged(rows)}
     assert decades.exponents(rows[rows.length == 0]) == pytest.approx([power] * 4)
-    assert found["1. exponents at l_a = 0"] == what
+    assert found["1. exponents at l_a = 0, in 4 of 4 decades"] == what
     said = {length: is_linear for length, _, is_linear in decades.linear(rows)}
     assert said == {0.0: linear, 0.0005: linear, 0.005: linear, 0.05: False}
     assert decades.span(rows) == pytest.approx(4)
