@@ -42,7 +42,7 @@ _CHUNK = 4 * 1024 * 1024  # bytes
 _SUM = "crc32"
 
 
-class Slabs:
+class DividedArray:
     """An array of which each process has rows, shape (..., rows, columns): its values in a dataset.
 
     Parameters
@@ -74,7 +74,7 @@ class Dataset:
 
     Parameters
     ----------
-    values : numbers, booleans or text (an array of str); or :class:`Slabs` of numbers.
+    values : numbers, booleans or text (an array of str); or :class:`DividedArray` of numbers.
     dims : name of each dimension, at least one; none of what was read without labels.
     units : "a0", "E*", "1" for a pure number, "" where units have no meaning (text).
     long_name : what it is, in words.
@@ -86,7 +86,7 @@ class Dataset:
     long_name: str = ""
 
     def __post_init__(self) -> None:
-        values = self.values if isinstance(self.values, Slabs) else np.asarray(self.values)
+        values = self.values if isinstance(self.values, DividedArray) else np.asarray(self.values)
         if values.dtype.kind not in "biufUT":
             raise TypeError(f"a dataset holds numbers, booleans or text, not {values.dtype}")
         if values.ndim != len(self.dims or values.shape) or values.ndim == 0:
@@ -149,7 +149,7 @@ def write(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping
 def hand_over(datasets: Mapping[str, Dataset]) -> None:
     """Give the rows of this process to the first one, which writes these datasets at the same time."""
     for dataset in datasets.values():
-        if isinstance(dataset.values, Slabs):
+        if isinstance(dataset.values, DividedArray):
             deque(dataset.values.blocks(), maxlen=0)
 
 
@@ -193,8 +193,8 @@ def _attach(owner: h5py.Group | h5py.Dataset, name: str, value: NDArray[Any]) ->
     h5a.create(owner.id, name.encode(), form, h5s.create_simple(())).write(value)
 
 
-def _create(file: h5py.File, name: str, values: NDArray[Any] | Slabs) -> h5py.Dataset:
-    if isinstance(values, Slabs):
+def _create(file: h5py.File, name: str, values: NDArray[Any] | DividedArray) -> h5py.Dataset:
+    if isinstance(values, DividedArray):
         made = file.create_dataset(name, values.shape, values.dtype, chunks=_chunks(values), fletcher32=True)
         for place, block in values.blocks():
             made[place] = block
@@ -208,7 +208,7 @@ def _create(file: h5py.File, name: str, values: NDArray[Any] | Slabs) -> h5py.Da
     return file.create_dataset(name, data=values, chunks=_chunks(values), fletcher32=True)
 
 
-def _chunks(values: NDArray[Any] | Slabs) -> tuple[int, ...]:
+def _chunks(values: NDArray[Any] | DividedArray) -> tuple[int, ...]:
     """One step of a map, or a part of it: leading dimensions are cut until a chunk is small."""
     chunks = list(values.shape)
     for i in range(len(chunks)):

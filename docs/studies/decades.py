@@ -90,7 +90,7 @@ def linear(rows: DataFrame) -> Iterator[tuple[float, float, bool]]:
         yield float(length), mean, abs(mean - 1) < LINEAR
 
 
-QUOTED = ("exponents", "weak", "strong", "span")
+QUOTED = ("exponents", "weak", "span")
 
 
 def quoted() -> dict[str, str]:
@@ -98,11 +98,9 @@ def quoted() -> dict[str, str]:
     rows = points()
     paths = dict(list(rows.groupby("length")))
     told = {length: [x for x in exponents(path) if np.isfinite(x)] for length, path in paths.items()}
-    strong = paths[0.05].inverse
     return {
         "exponents": f"{min(told[0.0]):.2f} to {max(told[0.0]):.2f}",
         "weak": f"{min(told[0.005]):.2f} to {max(told[0.005]):.2f}",
-        "strong": f"{strong.min():.2f} to {strong.max():.2f}",
         "span": f"{span(rows):.1f}",
     }
 

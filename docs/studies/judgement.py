@@ -1,7 +1,7 @@
 """The law of stickiness judged: thresholds of surfaces that made nothing of it, against what was said before.
 
 ``python -m docs.studies.judgement results/law-reduced results/law --into docs/measured`` prints what became of each
-statement, and writes ``law.csv`` (all thresholds) and ``law.png``.  Without folders it reads that file.
+statement, and writes ``law.csv.gz`` (all thresholds) and ``law.png``.  Without folders it reads that file.
 
 One table of bounds, as they stand in docs/studies/judgement.md.  Means are over surfaces (seeds), with 95 %
 intervals from Student's t; the logarithm of w is what scatters.
@@ -382,16 +382,16 @@ def figure(rows: DataFrame) -> Figure:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folders", nargs="*", type=Path, help="of the sweeps; none: docs/measured/law.csv")
+    parser.add_argument("folders", nargs="*", type=Path, help="of the sweeps; none: docs/measured/law.csv.gz")
     parser.add_argument("--into", type=Path, help="folder of law.csv and law.png")
     given = parser.parse_args(arguments)
-    stored = MEASURED / "law.csv"
+    stored = MEASURED / "law.csv.gz"
     raw = concat([thresholds_of(folder) for folder in given.folders]) if given.folders else read_csv(stored)
     rows = with_ratios(raw)
     if given.into:
         with plot.written_as(["png"]):
             plot.save_figure(figure(rows), given.into / "law", own=True)
-        raw.to_csv(given.into / "law.csv", index=False, float_format="%.6g", lineterminator="\n")
+        raw.to_csv(given.into / "law.csv.gz", index=False, float_format="%.6g", lineterminator="\n")
     sys.stdout.write(f"Only states with A_rep of {ENOUGH:g} λ_s² or more; F(0) = {PLATEAU}.\n\n{tables(rows)}\n")
 
 

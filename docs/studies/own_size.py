@@ -282,7 +282,7 @@ def widths() -> Iterator[str]:
 
 
 QUOTED = (
-    "sticks", "right", "geometries", "named", "missed", "within", "perimeter", "tension", "pressure", "same-diameter",
+    "sticks", "right", "named", "missed", "within", "perimeter", "tension", "pressure", "same-diameter",
     "power", "necessary", "kappa-rep", "attraction-weak", "attraction-strong", "ratio", "ratio-measured", "diameter",
 )  # fmt: skip
 
@@ -293,7 +293,6 @@ def quoted() -> dict[str, str]:
     rows, bare = every[every.length > 0], every[every.length == 0]
     strong = (rows.length == 0.05) & (rows.slope == 0.1)
     right = rows.named == rows.sticks
-    geometries = right.groupby([rows.lambda_s, rows.hurst, rows.slope]).all()
     wide = every[every.chord > 10].disc_ratio
     thin = rows[rows.thin]
     repulsion, diameter = (over_bare(every, name)[rows.index].dropna() for name in ("inverse_rep", "diameter"))
@@ -304,7 +303,6 @@ def quoted() -> dict[str, str]:
     return {
         "sticks": f"{int(rows.sticks.sum())} of {len(rows)}",
         "right": _of(right),
-        "geometries": _of(geometries),
         "named": f"{int((rows.named & ~rows.sticks).sum())} of {int(rows.named.sum())}",
         "missed": f"{int((~rows.named & rows.sticks).sum())} of {int(rows.sticks.sum())}",
         "within": _of(every.diameter_ratio.between(0.5, 2)),

@@ -1,7 +1,7 @@
 """The law of stickiness on surfaces of few long waves: thresholds at periods of 16 to 1 λ_L (docs/studies/periods.md).
 
 ``python -m docs.studies.periods results/law-period --into docs/measured`` writes ``law-period.csv`` (all thresholds)
-and prints the table; without a folder it reads that file.  The thresholds at 8 λ_L are those of ``law.csv``.
+and prints the table; without a folder it reads that file.  The thresholds at 8 λ_L are those of ``law.csv.gz``.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     found = read_csv(MEASURED / FILE) if options.folder is None else thresholds_of(options.folder)
     if options.into is not None:
         found.to_csv(options.into / FILE, index=False, float_format="%.6g")
-    judged = concat([alike(read_csv(MEASURED / "law.csv")), found], ignore_index=True)
+    judged = concat([alike(read_csv(MEASURED / "law.csv.gz")), found], ignore_index=True)
     sys.stdout.write("\n".join(lines(judged)) + "\n")
 
 

@@ -18,8 +18,9 @@ from continuum.show import plot
 
 def redrawn(table: Path) -> bool:
     """Draw the figure of a table, paper-SWEEP-FIGURE.csv or dispute-WHAT.csv; False if it cannot be drawn from that."""
-    names = [name for name in FIGURES if table.stem.endswith(f"-{name}") and not FIGURES[name].whole]
-    if table.stem.startswith("dispute-"):
+    stem = table.name.partition(".")[0]  # the largest tables are compressed: .csv.gz
+    names = [name for name in FIGURES if stem.endswith(f"-{name}") and not FIGURES[name].whole]
+    if stem.startswith("dispute-"):
         draw = draw_crossover_table
     elif names:
         draw = plot.styled(FIGURES[max(names, key=len)].draw)
@@ -30,7 +31,7 @@ def redrawn(table: Path) -> bool:
     except KeyError:  # the figure shows other columns since
         return False
     with plot.written_as(["png"]):
-        plot.save_figure(figure, table.with_suffix(""), own=True)
+        plot.save_figure(figure, table.with_name(stem), own=True)
     return True
 
 
@@ -38,7 +39,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     folder = parser.parse_args().folder
-    for table in sorted([*folder.glob("paper-*.csv"), *folder.glob("dispute-*.csv")]):
+    for table in sorted([*folder.glob("paper-*.csv*"), *folder.glob("dispute-*.csv")]):
         sys.stdout.write(f"{table.stem}: {'drawn' if redrawn(table) else 'left'}\n")
 
 

@@ -1,7 +1,7 @@
 """Two theories without a free parameter beside every threshold on record: `python -m docs.studies.rivals`.
 
 Persson and Scaraggi's weak adhesion and the bearing area for any spectrum (:mod:`docs.studies.persson`), and the
-law of docs/law.md, against w at the threshold of docs/measured/law.csv (period 8 λ_L) and
+law of docs/law.md, against w at the threshold of docs/measured/law.csv.gz (period 8 λ_L) and
 docs/studies/record/record.csv (period 2 λ_L).  ``--run`` evaluates both, a good minute, and writes
 ``docs/measured/rivals.csv``, from which the table is made.  ``--parts`` takes the first apart on one surface.
 """
@@ -38,7 +38,7 @@ HARD = 1e-4
 
 def recorded() -> DataFrame:
     """Thresholds at 1 % area and more: those that tested the law, and those from which it was made."""
-    tested = read_csv(MEASURED / "law.csv").assign(source="law", period=lambda rows: rows.n)
+    tested = read_csv(MEASURED / "law.csv.gz").assign(source="law", period=lambda rows: rows.n)
     tested = tested.assign(energy=tested.moment_1 / 4)
     made = read_csv(Path(__file__).parent / "record" / "record.csv").query("source == 'threshold'")
     names = {"law": "shape", "rms_height": "height", "rms_slope": "slope", "conformal_energy": "energy"}
@@ -91,7 +91,7 @@ def power(part: DataFrame, name: str) -> float:
 def parts() -> Iterator[str]:
     """On one surface, pressed without adhesion: pressure and mean tension over those of the theory, and w likewise."""
     yield "| area | Δr/h_rms | pressure | attraction | w at the threshold |\n|---|---|---|---|---|"
-    rows = read_csv(MEASURED / "law.csv").query("n == 512 and seed == 11 and hurst == 0.8 and shape == 'spline'")
+    rows = read_csv(MEASURED / "law.csv.gz").query("n == 512 and seed == 11 and hurst == 0.8 and shape == 'spline'")
     for row in rows.itertuples():
         grid = Grid.square(row.n)
         heights = SelfAffineSurface(

@@ -103,7 +103,7 @@ def test_the_interval_over_surfaces_is_that_of_student() -> None:
 
 
 def test_atoms_are_drawn_at_their_range() -> None:
-    rows = judgement.with_ratios(read_csv(judgement.MEASURED / "law.csv")).query("n == 512 and area == 0.01")
+    rows = judgement.with_ratios(read_csv(judgement.MEASURED / "law.csv.gz")).query("n == 512 and area == 0.01")
     (stars,) = (line for line in judgement.figure(rows).axes[0].lines if line.get_marker() == "*")
     atoms = read_csv(judgement.MEASURED / "threshold-atoms.csv").query("rung == 'atoms'")
     np.testing.assert_array_equal(stars.get_xdata(), threshold_of_atoms.RANGE)

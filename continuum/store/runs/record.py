@@ -217,9 +217,9 @@ class Record:
             datasets["restart/gap"] = Dataset(self.rows(gap), ("x", "y"), "a0", what)
         return datasets
 
-    def rows(self, values: NDArray[Any]) -> NDArray[Any] | store.Slabs:
+    def rows(self, values: NDArray[Any]) -> NDArray[Any] | store.DividedArray:
         """Values of a dataset of the points of the grid, from those of this process."""
-        return values if self.company is None else store.Slabs(values, self.company)
+        return values if self.company is None else store.DividedArray(values, self.company)
 
     def _masks(self, masks: list[NDArray[np.uint8]], name: str) -> Dataset:
         what = f"{name}, eight points along y in a byte, first in its highest bit"

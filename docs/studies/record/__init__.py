@@ -35,7 +35,7 @@ from docs.studies.record.votes import Surface, recorded
 
 HERE = Path(__file__).parent
 MEASURED = Path(__file__).parents[3] / "docs" / "measured"
-LAW = MEASURED / "law.csv", MEASURED / "law-period.csv"
+LAW = MEASURED / "law.csv.gz", MEASURED / "law-period.csv"
 COLUMNS = (
     "source", "law", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature",
     "conformal_energy", "range", "work", "sticky",
@@ -226,7 +226,7 @@ def main() -> None:
     parser.add_argument("folders", nargs="*", type=Path, help="of sweeps")
     parser.add_argument("--record", type=Path, default=HERE / "record.csv")
     parser.add_argument(
-        "--law", action="store_true", help="add the thresholds of docs/measured/law.csv and law-period.csv"
+        "--law", action="store_true", help="add the thresholds of docs/measured/law.csv.gz and law-period.csv"
     )
     given = parser.parse_args()
     if not (given.folders or given.law):
