@@ -10,6 +10,7 @@ import pytest
 
 import continuum as c
 from continuum.front.cli import main
+from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.errors import InputError
 from continuum.solve.backend import SMOOTH_FIELDS, back_end
 from tests.problems import SMALL
@@ -247,7 +248,7 @@ def test_as_many_workers_as_the_memory_of_the_gpus_holds(
     cards = back_end("cpu")
     monkeypatch.setattr(cards, "devices", lambda: ("0", "1"))
     monkeypatch.setattr(cards, "memory", lambda: 2.5 * larger)
-    with pytest.raises(c.ArgumentError, match="workers = 5: allowed: at most 4: 2 for each of 2 GPUs"):
+    with pytest.raises(ArgumentError, match="workers = 5: allowed: at most 4: 2 for each of 2 GPUs"):
         c.sweep(many, tmp_path / "results", workers=5, begun=begun)
     assert not (tmp_path / "results").exists()
     with pytest.raises(BegunError):
