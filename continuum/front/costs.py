@@ -75,6 +75,7 @@ def seconds_of(config: RunConfig, *, first_state: bool = False) -> float:
             return time.perf_counter() - began
 
     seconds = once()
+    # A short run is mostly the loading of the solver, which a second one does not repeat.
     return once() if seconds < _SHORT else seconds
 
 
@@ -112,6 +113,7 @@ def _times(systems: Sequence[SystemCost], *, measure: bool) -> list[tuple[str, s
 
 
 def _measured(systems: Sequence[SystemCost]) -> SystemTime:
+    # A small grid would tell the time of everything but the transforms.
     largest = max(one.cost.size for one in systems)
     cheapest = min((one for one in systems if one.cost.size >= min(_TELLING, largest)), key=lambda one: one.cost.work)
     return SystemTime(cheapest.kind, cheapest.cost.work, seconds_of(cheapest.config))

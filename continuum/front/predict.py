@@ -144,6 +144,7 @@ def unsolved(
     """
     if len(maps) == 1 and isinstance(maps[0], str | Path) and str(maps[0]).endswith(".toml"):
         config = load(maps[0], PredictionInput)
+        # Defaults overrule no key of the file.  By `is`, as == of an array has no one truth value.
         beside = {name: value for name, value in given.items() if not any(value is left for left in (None, (), False))}
         maps, given = config.topography.maps, {**given, **config.keys, **beside}
     return of_maps([find(file_name("maps", one)) if isinstance(one, str | Path) else one for one in maps], given, told)
@@ -247,6 +248,7 @@ def study(
     unknown = next((name for name in options if name not in _KNOWN), None)
     if unknown is not None:
         raise ArgumentError(unknown, options[unknown], f"no argument has this name; known: {', '.join(sorted(_KNOWN))}")
+    # A fault of the interface is that of every spot: it is told once, before any map is read.
     read_interface(**{name: options[name] for name in InterfaceTable.model_fields if options.get(name) is not None})
     found: dict[tuple[str, str], list[Scan]] = {}
     for scan in scans(place, pattern, None if without is None else file_name("without", without)):
@@ -265,6 +267,7 @@ def _spot(sample: str, name: str, files: Sequence[Scan], options: dict[str, Any]
     for key in PER_MAP:
         common = told.get(key)
         same = "-" if not common else common if isinstance(common, str) else common[0]
+        # A file without an entry in the table keeps the option for all, and without that what it says itself.
         if any(key in scan.options for scan in files):
             told[key] = [scan.options.get(key, same) for scan in files]
     told["solve"] = bool(told.get("solve"))
@@ -274,5 +277,5 @@ def _spot(sample: str, name: str, files: Sequence[Scan], options: dict[str, Any]
         return Spot(sample, name, names, predict(*paths, join=len(paths) > 1, **told))
     except (InterfaceError, ArgumentError):
         raise  # the same for all
-    except InputError as error:
+    except InputError as error:  # a map that cannot be used costs its spot, not the study
         return Spot(sample, name, names, None, str(error))

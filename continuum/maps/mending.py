@@ -104,7 +104,7 @@ def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, floa
     edges = [number("corners", edge) for edge in corners]
     part = []
     for name, n, length, low, high in zip("xy", heights.shape, sides, edges[::2], edges[1::2], strict=True):
-        if not 0 <= low < high <= length * (1 + 1e-9):
+        if not 0 <= low < high <= length * (1 + 1e-9):  # an end that was given in another unit is rounded
             inside, asked = (units.readable(value, "length", 3) for value in (length, high))
             msg = f"corners: the part to be cut out along {name} begins at 0 or beyond and ends after that, inside "
             msg += f"{inside}; asked for: up to {asked}"

@@ -211,7 +211,7 @@ def read_all(
         except TopographyError as error:
             faults.append(str(error))
     if faults:
-        raise TopographyError("\n".join(dict.fromkeys(faults)))
+        raise TopographyError("\n".join(dict.fromkeys(faults)))  # the same fault of two maps once
     return [joined(found, " + ".join(one.source for one in found))] if join else found
 
 
@@ -271,7 +271,7 @@ def _with_units(
     if len(lengths) == 2 and found.heights.ndim == 1:
         raise TopographyError(f"{found.source}: a line scan has one length: one number in `size`")
     if len(lengths) == 1 and found.heights.ndim == 2:
-        nx, ny = found.heights.shape
+        nx, ny = found.heights.shape  # one length: the pixels are square
         lengths = (lengths[0], lengths[0] * ny / nx)
     steps += _other_order(found.heights.shape, lengths) if found.size is None and position_unit is None else ()
     heights = found.heights * (unit or found.unit or np.nan)
@@ -335,7 +335,7 @@ def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fil
         lx, ly = heights.shape[0] * pixel[0], heights.shape[1] * pixel[1]
         x0, x1, y0, y1 = (units.readable(edge, "length", 3) for edge in corners)
         steps.append(f"cut to {x0} <= x < {x1}, {y0} <= y < {y1}")
-        periodic = False
+        periodic = False  # a part of a periodic map has other heights beyond its edges than its images
     heights, filled = _without_holes(heights, fill, found.source)
     return Topography(heights, (lx, ly), periodic, found.source, (*steps, *filled))
 
@@ -350,7 +350,7 @@ def _without_holes(heights: Real, fill: float, source: str) -> tuple[Real, list[
         found = f"{source}: {np.count_nonzero(holes)} of {holes.size} heights are missing, {100 * missing:.3g} %"
         if fill:
             raise TopographyError(f"{found}: `fill` allows {100 * fill:.3g} %")
-        enough = min(np.ceil(100 * missing), 50)
+        enough = min(np.ceil(100 * missing), 50)  # the most that `fill` takes
         part = "" if heights.ndim == 1 else ", or `crop` cuts a part without"
         raise TopographyError(f"{found}: `fill` {enough:.0f}% fills them{part}")
     if heights.ndim == 1:

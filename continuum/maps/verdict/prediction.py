@@ -354,6 +354,7 @@ def verdict_of(prediction: PredictionNumbers) -> Verdict:
     if found is None:
         return Verdict("undecided", None, "the map was not solved")
     factor = work / found.work if found.work > 0 else None
+    # Heights that are not Gaussian mislead theories, but not the state of the map, which decides.
     faults = (one for one in prediction.faults if one.excludes and one.kind != NOT_GAUSSIAN)
     if impossible := next(faults, None):
         return Verdict("undecided", factor, f"{impossible.text}: {impossible.excludes}")

@@ -48,7 +48,7 @@ class _Patient(Solver):
         super().__init__(grid, stiffness_q, threads)
         self._most = self._left = pairs
 
-    def minimise(self, law: Law, offset: Real, start: Real | None, settings: Settings, **posed: Any) -> Solution:
+    def minimise(self, law: Law, offset: Real, start: Real | None, settings: Settings, **conditions: Any) -> Solution:
         """Minimise with the iterations that are left."""
         if self._left < 1:
             raise NotConvergedError(
@@ -56,7 +56,7 @@ class _Patient(Solver):
                 "this size take; where solving is asked for there is no such limit"
             )
         most = int(min(settings.max_iterations, self._left))
-        found = super().minimise(law, offset, start, replace(settings, max_iterations=most), **posed)
+        found = super().minimise(law, offset, start, replace(settings, max_iterations=most), **conditions)
         self._left -= found.fft_pairs
         return found
 
