@@ -37,6 +37,8 @@ WIDTHS = (512, 256, 128, 64, 32)
 """Bandwidths λ_L/λ_s."""
 BORDER = 1.5
 """Factor of N_att/N_rep from 1 within which two more surfaces were run."""
+BRANCHES = 0.06
+"""Largest difference in 1/κ that was seen between a state from rest and one on approach: below it a sign is open."""
 KAPPA_REP = 2.0
 _READ = (
     "inverse", "inverse_rep", "inverse_att", "ratio", "area_rep", "area_att", "load", "load_rep", "pressure_att",
@@ -282,7 +284,7 @@ def widths() -> Iterator[str]:
 
 
 QUOTED = (
-    "sticks", "right", "named", "missed", "within", "perimeter", "tension", "pressure", "same-diameter",
+    "sticks", "right", "open", "named", "missed", "within", "perimeter", "tension", "pressure", "same-diameter",
     "power", "necessary", "kappa-rep", "attraction-weak", "attraction-strong", "ratio", "ratio-measured", "diameter",
 )  # fmt: skip
 
@@ -303,6 +305,7 @@ def quoted() -> dict[str, str]:
     return {
         "sticks": f"{int(rows.sticks.sum())} of {len(rows)}",
         "right": _of(right),
+        "open": f"{int((rows.inverse.abs() < BRANCHES).sum())} of {len(rows)}",
         "named": f"{int((rows.named & ~rows.sticks).sum())} of {int(rows.named.sum())}",
         "missed": f"{int((~rows.named & rows.sticks).sum())} of {int(rows.sticks.sum())}",
         "within": _of(every.diameter_ratio.between(0.5, 2)),
