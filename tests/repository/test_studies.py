@@ -16,14 +16,14 @@ LONGEST = {
     "install": 415, "why": 545, "tutorials/python": 200,
     "decks": 1470, "dispute": 480, "gradients": 345, "house": 700, "index": 450,
     "law": 765, "model": 635, "response": 450, "argument": 380,
-    "limits": 525, "maps": 755, "paper": 1010, "paths": 705, "peers": 805,
+    "limits": 525, "maps": 755, "paper": 1020, "paths": 705, "peers": 805,
     "predict": 1110, "solver": 1540, "start": 215, "substrates": 365, "sweeps": 890, "trust": 265,
     "tutorials/atoms": 565, "tutorials/deck": 145, "tutorials/indent": 165, "tutorials/map": 685,
     "tutorials/script": 450, "tutorials/copper": 215, "tutorials/film": 385, "tutorials/sweep": 295,
     "tutorials/validate": 370, "validation": 700, "view": 285,
 }  # fmt: skip
 """Words of each page of the manual, with code and tables; what was measured and how it was judged is in the studies."""
-MANUAL = 18_140
+MANUAL = 18_150
 """Words of all of them but those for developers."""
 DEVELOPERS = {"contribute.md", "house.md", "solver.md"}
 STUDIES = 23_400
