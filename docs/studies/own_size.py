@@ -1,9 +1,8 @@
 """The thirty geometries of Figure 4 at the paper's own size, from their points: ``python -m docs.studies.own_size``.
 
-``continuum sweep run inputs/sweep/own-size.toml`` makes the points, ``continuum plot page`` their table, and
-``python -m docs.studies.own_size --join TABLE ...`` one table of several sweeps.  ``--figure`` draws measured numbers
-over theory, and writes the table of Figure 4 at 1 % of the area, which ``docs.studies.redraw`` draws.  What was
-expected is in docs/studies/own_size.md; :func:`judged` says what became of it.
+``continuum sweep run inputs/sweep/own-size.toml`` makes the points, and ``continuum plot page`` their table.
+``--figure`` draws measured numbers over theory, and writes the table of Figure 4, which ``docs.studies.redraw`` draws.
+What was expected is in docs/studies/own_size.md; :func:`judged` says what became of it.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from pandas import DataFrame, Series, concat, read_csv
+from pandas import DataFrame, Series, read_csv
 
 from continuum.paper.claims import stored_points
 from continuum.paper.figures import FIGURES
@@ -37,13 +36,9 @@ WIDTHS = (512, 256, 128, 64, 32)
 """Bandwidths λ_L/λ_s."""
 BORDER = 1.5
 """Factor of N_att/N_rep from 1 within which two more surfaces were run."""
-BRANCHES = 0.06
-"""Largest difference in 1/κ that was seen between a state from rest and one on approach: below it a sign is open."""
+OPEN = 0.06
+"""|1/κ| below which the sign is open: two searches for 1 % gave values as much larger than the states judged here."""
 KAPPA_REP = 2.0
-_READ = (
-    "inverse", "inverse_rep", "inverse_att", "ratio", "area_rep", "area_att", "load", "load_rep", "pressure_att",
-    "diameter", "chord", "perimeter", "diameter_ratio", "disc_ratio", "mean_gap",
-)  # fmt: skip
 
 
 def points() -> DataFrame:
@@ -62,28 +57,13 @@ def compared(rows: DataFrame) -> DataFrame:
 
 
 def at_area(rows: DataFrame, area: float = AREA) -> DataFrame:
-    """A row for each system: its numbers at an area.
+    """A row for each system: the state nearest to an area, as one of two sides of a jump.
 
-    On a path of three points and more they are linear in ln A_rep between the points on either side. Else the state
-    nearest to the area stands for it, as one of two sides of a jump, if it is within :data:`WINDOW`. Other systems are
-    left out.
-    ``change`` is the range of 1/κ over a path, and NaN for a single state.
+    Systems without a state within :data:`WINDOW` of the area are left out.
     """
-    nearest, read = list[int](), list[dict[str, float]]()
-    for _, path in rows.sort_values("area_rep").groupby("system"):
-        x = np.log(path.area_rep.to_numpy() / area)
-        closest = int(np.argmin(np.abs(x)))
-        if len(x) > 2 and x[0] <= 0 <= x[-1]:
-            numbers = {name: float(np.interp(0, x, path[name].to_numpy())) for name in _READ}
-            numbers["change"] = float(np.ptp(path.inverse.to_numpy()))
-        elif abs(np.expm1(x[closest])) <= WINDOW:
-            numbers = {**path[[*_READ]].iloc[closest].to_dict(), "change": np.nan}
-        else:
-            continue
-        nearest.append(path.index[closest])
-        read.append(numbers)
-    found = rows.loc[nearest].reset_index(drop=True)
-    return with_theory(found.assign(**DataFrame(read, columns=[*_READ, "change"])))
+    off = np.log(rows.area_rep / area).abs()
+    nearest = rows.loc[off.groupby(rows.system).idxmin()]
+    return with_theory(nearest[(nearest.area_rep / area - 1).abs() <= WINDOW].reset_index(drop=True))
 
 
 def from_paths() -> DataFrame:
@@ -305,7 +285,7 @@ def quoted() -> dict[str, str]:
     return {
         "sticks": f"{int(rows.sticks.sum())} of {len(rows)}",
         "right": _of(right),
-        "open": f"{int((rows.inverse.abs() < BRANCHES).sum())} of {len(rows)}",
+        "open": f"{int((rows.inverse.abs() < OPEN).sum())} of {len(rows)}",
         "named": f"{int((rows.named & ~rows.sticks).sum())} of {int(rows.named.sum())}",
         "missed": f"{int((~rows.named & rows.sticks).sum())} of {int(rows.sticks.sum())}",
         "within": _of(every.diameter_ratio.between(0.5, 2)),
@@ -372,21 +352,9 @@ def figure(rows: DataFrame) -> Figure:
     return drawn
 
 
-def joined(tables: list[DataFrame]) -> DataFrame:
-    """The points of several sweeps as those of one: systems and surfaces are numbered on."""
-    found = list[DataFrame]()
-    for table in tables:
-        first = {name: 1 + max((int(each[name].max()) for each in found), default=-1) for name in ("system", "surface")}
-        found.append(table.assign(**{name: table[name] + shift for name, shift in first.items()}))
-    return concat(found, ignore_index=True)
-
-
 if __name__ == "__main__":
-    match sys.argv[1:]:
-        case ["--join", *files]:
-            joined([read_csv(file) for file in files]).to_csv(POINTS, index=False, lineterminator="\n")
-        case ["--figure"]:
-            drawn().to_csv(STEM.with_suffix(".csv"), index=False, lineterminator="\n")
-            with plot.written_as(["png"]):
-                plot.save_figure(figure(at_area(points())), MEASURED / "own-size", own=True)
+    if sys.argv[1:] == ["--figure"]:
+        drawn().to_csv(STEM.with_suffix(".csv"), index=False, lineterminator="\n")
+        with plot.written_as(["png"]):
+            plot.save_figure(figure(at_area(points())), MEASURED / "own-size", own=True)
     sys.stdout.write("\n".join([*table(), "", *widths(), "", *systems()]) + "\n")
