@@ -45,7 +45,7 @@ import re
 from importlib import import_module
 from pathlib import Path
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 _NAMES = re.compile(r"^from (\S+) import (\w+)", re.MULTILINE)
 # Imported when they are asked for: `continuum --help` needs none of them.
