@@ -136,7 +136,7 @@ def steps_of(protocol: Mapping[str, Any]) -> Steps:
     Raises ConfigError with all faults of the table.
     """
     plain = {name: v.tolist() if isinstance(v, np.ndarray | np.generic) else v for name, v in protocol.items()}
-    table = parsed(Source(Path("protocol"), "", {"protocol": plain}, {}), _Parts).protocol
+    table = parsed(Source(Path("protocol"), "", {"protocol": plain}), _Parts).protocol
     assert table is not None
     return table.steps()
 

@@ -454,5 +454,5 @@ def steps_in_units(
         return given
     values, faults = in_reduced(given, _units_for(given, model_below(model, crystal), progress))
     if faults:
-        raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
+        raise ConfigError(Source(Path("protocol"), "", given), faults)
     return values

@@ -50,7 +50,7 @@ def require_steps(
         given = {"separation": steps.values[0], "separations": list(steps.values)}
         if steps.motion is not None:
             given |= dict(steps.motion) | {"window": max(steps.motion.windows[-1])}
-        raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
+        raise ConfigError(Source(Path("protocol"), "", given), faults)
 
 
 def require_apart(config: DeckConfig, steps: Steps, wall: Wall, shape: Shape, slab: AnySlab) -> None:

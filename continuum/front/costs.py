@@ -144,10 +144,10 @@ def _by_the_folder(systems: Sequence[SystemCost], root: Path) -> Span | None:
     """Time of what is left, by the finished systems of the folder of the sweep; None if there are none."""
     folder = Folder(root)
     there = names(folder.points)
-    named = {folder.point(one.key).stem: one for one in systems if one.key}
+    named = {folder.stem(one.key): one for one in systems if one.key}
     ended = {name: (folder.points / f"{name}.h5").stat().st_mtime for name in there & named.keys()}
     done = {name: (named[name].kind, named[name].cost.work) for name in ended}
-    left = ((one.kind, one.cost.work) for one in systems if not one.key or folder.point(one.key).stem not in there)
+    left = ((one.kind, one.cost.work) for one in systems if not one.key or folder.stem(one.key) not in there)
     return expected(timed_systems(folder, done, ended), work_of(left))
 
 

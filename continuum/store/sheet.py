@@ -197,7 +197,10 @@ def write_csv(out: TextIO, head: Iterable[str], rows: Iterable[Iterable[Entry]])
     """Write comma-separated values with all digits; text that spreadsheets take for formulas begins with ``'``."""
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(map(_inert, head))
-    writer.writerows(["" if cell is None else _inert(cell) for cell in row] for row in rows)
+    # Numbers are told first: they are most of a long table.
+    writer.writerows(
+        [cell if type(cell) is float else "" if cell is None else _inert(cell) for cell in row] for row in rows
+    )
 
 
 def _wrapped(text: str, width: int) -> list[str]:

@@ -219,7 +219,7 @@ def collect(root: str | Path, *, keep: bool = False) -> PointTable:
     folder, listing = Folder(Path(root)), systems_of(root)
     found, faults, before = dict[str, SystemTable](), list[str](), kept_tables(folder.kept)
     done = names(folder.points)
-    there = [each.key for each in listing.systems if folder.point(each.key).stem in done]
+    there = [each.key for each in listing.systems if folder.stem(each.key) in done]
     read: KeptTables = {}
     for key in there:
         try:

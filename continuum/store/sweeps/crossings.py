@@ -178,7 +178,7 @@ def with_columns(
     found, own = read or numbers_of(folder.point(key), key), columns_of(folder, key, columns)
     if any(values.shape != (len(found.table),) for values in own.values()):
         raise StoreError(f"{folder.own(key)}: is not of the points of its system; delete it, and run the sweep again")
-    return replace(found, own=own)
+    return replace(found, own=own) if own else found
 
 
 def _on_disk(folder: Folder, columns: Sequence[OwnColumn]) -> Numbers:

@@ -42,6 +42,11 @@ class Folder:
         self.crossings = root / "crossings.csv"
         self.columns = root / "columns"
 
+    @staticmethod
+    def stem(key: str) -> str:
+        """Stem of the names of the files of a system."""
+        return key[:_DIGITS]
+
     def point(self, key: str) -> Path:
         return self.points / f"{key[:_DIGITS]}.h5"
 

@@ -57,7 +57,7 @@ def sweep_maps(sweep: str | Path, where: Mapping[str, Any] | None = None) -> xar
     keys = [key for axis in listing.axes for key in axis.keys]
     chosen = _chosen(listing, wanted, keys)
     there = names(folder.points)
-    done = {each.key: path for each in chosen if (path := folder.point(each.key)).stem in there}
+    done = {each.key: folder.point(each.key) for each in chosen if folder.stem(each.key) in there}
     if not done:
         raise SweepError(f"{folder.root}: no such system is done")
     short = _short(keys, TAKEN | set(dir(xarray.Dataset)))

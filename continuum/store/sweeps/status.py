@@ -124,9 +124,9 @@ def sweep_status(
     folder, listing = Folder(root), systems_of(root)
     ended = {path.stem: path.stat().st_mtime for path in folder.points.glob("*.h5")}
     crossings = crossings_of(root, listing)
-    there = {system.key for system in listing.systems if folder.point(system.key).stem in ended}
+    there = {system.key for system in listing.systems if folder.stem(system.key) in ended}
     listing = asked_for(listing, crossings, there)
-    costs = {folder.point(system.key).stem: system for system in listing.systems}
+    costs = {folder.stem(system.key): system for system in listing.systems}
     done = {name: when for name, when in ended.items() if name in costs}
     # Of a system that is done a column of one's own may have failed.
     tried = names(folder.failed)

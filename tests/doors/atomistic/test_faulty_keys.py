@@ -30,7 +30,7 @@ def faulty(table: Mapping[str, Any]) -> Iterator[tuple[str, Any, ConfigError]]:
     for key in table:
         for value in WRONG:
             try:
-                parsed(Source(Path("input"), "", {"interatomic": {**table, key: value}}, {}), ElasticConfig)
+                parsed(Source(Path("input"), "", {"interatomic": {**table, key: value}}), ElasticConfig)
             except ConfigError as error:
                 yield key, value, error
 

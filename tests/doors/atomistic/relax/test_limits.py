@@ -199,4 +199,4 @@ def test_any_number_in_an_input_gives_a_deck_or_one_message(
     table, key = (found := places(tables))[which % len(found)]
     tables[table][key] = number
     with contextlib.suppress(Accepted, InputError):
-        a.deck(parsed(Source(Path("deck.toml"), "", {"follows": "atom", **tables}, {}), DeckConfig))
+        a.deck(parsed(Source(Path("deck.toml"), "", {"follows": "atom", **tables}), DeckConfig))
