@@ -45,9 +45,9 @@ from continuum.solve.solution import NotConvergedWarning as NotConvergedWarning
 from continuum.store.hdf5 import StoreError as StoreError
 from continuum.store.runs.result import Analysis as Analysis
 from continuum.store.runs.result import Result as Result
+from continuum.store.sweeps.cluster import SweepTask as SweepTask
 from continuum.store.sweeps.collect import sweep_verify as sweep_verify
-from continuum.store.sweeps.jobs import SweepTask as SweepTask
-from continuum.store.sweeps.maps import sweep_maps as sweep_maps
+from continuum.store.sweeps.cube import sweep_maps as sweep_maps
 from continuum.store.sweeps.status import sweep_status as sweep_status
 
 __all__: list[str]

@@ -17,7 +17,7 @@ from continuum.model.substrates import Response, Substrate
 from continuum.model.surface import Surface
 from continuum.model.walls import TabulatedWall, Wall
 from continuum.model.walls.attraction import CORE_PRESSURE
-from continuum.store import kinds as kinds  # those that read files
+from continuum.store.runs import config as config  # defines the kinds that read files
 
 KINDS: dict[str, type[Description]] = {
     name: kind

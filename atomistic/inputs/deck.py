@@ -23,7 +23,7 @@ from continuum.maps.verdict.tables import Length
 from continuum.model.grid import Grid
 from continuum.model.surface import Surface
 from continuum.model.walls import Wall
-from continuum.store import kinds as kinds  # defines the tables that an input knows
+from continuum.store.runs import config as config  # defines the tables that an input knows
 
 MOST_STEPS = 10_000
 """Equilibria of a protocol."""

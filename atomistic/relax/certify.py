@@ -25,8 +25,7 @@ from continuum.measure.contact import ATTRACTED, REPULSIVE, contact_map
 from continuum.model.eigenvalue import Lowest, lowest_eigenvalue
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
-from continuum.store.checks import quantities
-from continuum.store.sheet import Column, Sheet, Shown
+from continuum.store.sheet import Column, Sheet, Shown, quantities
 
 ENOUGH = 1.5
 """Factor by which the largest force may exceed tolerance and rounding, as sums have another order."""

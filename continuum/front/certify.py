@@ -33,7 +33,6 @@ from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import Control, Search, height, nearness
 from continuum.store import datasets as store
-from continuum.store.checks import quantities
 from continuum.store.datasets import Attribute
 from continuum.store.hdf5 import StoreError, understood
 from continuum.store.identity import identity
@@ -41,7 +40,7 @@ from continuum.store.runs.build import RunSetup, build
 from continuum.store.runs.record import Point, Record
 from continuum.store.runs.result import Result
 from continuum.store.runs.run import attributes_of, positions_of, states_of
-from continuum.store.sheet import Column, Sheet, Shown
+from continuum.store.sheet import Column, Sheet, Shown, quantities
 from continuum.store.sweeps.folder import Folder
 from continuum.store.sweeps.listing import systems_of
 from continuum.store.sweeps.measured import COLUMNS, MEASURED_TABLE, measured_columns, numbers_of

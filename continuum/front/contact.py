@@ -41,6 +41,7 @@ from continuum.path.threshold_search import WallOfWork, bracket_threshold, first
 from continuum.solve.solution import NotConvergedError, Settings
 from continuum.solve.stability import Stability
 from continuum.store.runs.config import SolverTable
+from continuum.store.runs.record import frame_of
 from continuum.store.sheet import Column, Sheet, pairs
 from continuum.store.vtk import save_image
 
@@ -507,8 +508,6 @@ class LoadingPath(Sequence[State]):
 
     def to_pandas(self) -> pandas.DataFrame:
         """One row for each state; ``attrs["units"]`` has the unit of each column."""
-        from continuum.store.runs.frames import frame_of  # pandas takes half a second to import
-
         return frame_of(self, Equilibrium)
 
     def plot(self) -> Figure:

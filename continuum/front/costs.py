@@ -17,7 +17,7 @@ from continuum.store.sheet import Sheet
 from continuum.store.sweeps.axes import Sweep
 from continuum.store.sweeps.cluster import Allocation
 from continuum.store.sweeps.folder import Folder, names
-from continuum.store.sweeps.pace import Span, SystemTime, expected, timed_systems, work_of
+from continuum.store.sweeps.status import Span, SystemTime, expected, timed_systems, work_of
 
 NOT_MEASURED = "not measured"
 _SHORT = 20.0

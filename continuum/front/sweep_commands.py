@@ -15,7 +15,7 @@ from continuum.inputs.errors import OK, InputError
 from continuum.show.console import clear, on_a_bar, progress, report, tell, until_ctrl_c, warn
 from continuum.store.sweeps import collect as collecting
 from continuum.store.sweeps import status
-from continuum.store.sweeps.pace import Span, SystemTime, expected, work_of
+from continuum.store.sweeps.status import Span, SystemTime, expected, work_of
 from continuum.store.sweeps.workers import Task, TaskResult
 
 _OFTEN = 30.0

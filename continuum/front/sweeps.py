@@ -30,13 +30,12 @@ from continuum.store.provenance import provenance
 from continuum.store.runs.cost import memory_on_device
 from continuum.store.sheet import write_csv
 from continuum.store.sweeps.axes import Sweep
-from continuum.store.sweeps.cluster import Allocation, slurm_script
+from continuum.store.sweeps.cluster import Allocation, SweepTask, slurm_script
 from continuum.store.sweeps.collect import PointTable
 from continuum.store.sweeps.collect import SweepRun as SweepRun
 from continuum.store.sweeps.columns import ColumnFunction, functions_by_name
 from continuum.store.sweeps.crossings import Crossing, crossings_of, crossings_sheet, done_before, solve_task
 from continuum.store.sweeps.folder import Folder
-from continuum.store.sweeps.jobs import SweepTask
 from continuum.store.sweeps.listing import systems_of
 from continuum.store.sweeps.sweep import SystemTask, begin, record, record_death
 from continuum.store.sweeps.workers import Message, Task, TaskResult, check_workers, require_scheduler, run_tasks

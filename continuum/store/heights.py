@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from continuum.model.fourier import Real
 from continuum.store.hdf5 import RawAxis, RawDataset, StoreError, only_array, read_dataset
-from continuum.store.header import column_kinds, decoded, said_by, unit_in, units_in
-from continuum.store.text import Text, read_text
+from continuum.store.text import Text, column_kinds, decoded, read_text, said_by, unit_in, units_in
 
 HDF5_SUFFIXES = frozenset({".h5", ".hdf5", ".hdf", ".nc"})
 FEWEST = 16

@@ -1,4 +1,4 @@
-"""A sheet: a table with units, as text, Markdown, HTML or CSV."""
+"""A sheet: a table with units, as text, Markdown, HTML or CSV; also that of the quantities of a certificate."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import math
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
+from itertools import groupby, zip_longest
 from typing import Self, TextIO
+
+from continuum.measure.certificate import Examination
 
 Entry = str | float | int | None
 """Contents of a cell; None for an empty one."""
@@ -232,3 +234,22 @@ def pairs(title: str, rows: Iterable[tuple[str, Entry]], note: str = "") -> Shee
 def words(name: str) -> str:
     """The name of a status in lower case words."""
     return name.lower().replace("_", " ")
+
+
+def quantities(points: Iterable[Examination]) -> Sheet:
+    """Quantities checked, the number of points, and for each the point nearest to or furthest beyond its bound."""
+    looked = list(points)
+    columns = (
+        Column("quantity"), Column("points"), Column("worst: stored", "", ".6g"), Column("found", "", ".6g"),
+        Column("off", "", ".1e"), Column("allowed", "", ".1e"), Column(""),
+    )  # fmt: skip
+    checks = sorted((check for one in looked for check in one.checks), key=lambda check: check.quantity)
+    rows = []
+    for quantity, group in groupby(checks, key=lambda check: check.quantity):
+        every = list(group)
+        # What fails comes first, NaN too.
+        worst = max(every, key=lambda check: (not check.ok, check.off / check.allowed if check.allowed else 0.0))
+        rows.append((quantity, len(every), *worst[1:5], "sound" if worst.ok else "FAILS"))
+    left_out = dict.fromkeys(name for one in looked for name in one.left_out)
+    note = f"Not looked at: {', '.join(left_out)}." if left_out else ""
+    return Sheet.of("What was looked at, in a0 and E*", columns, rows, note)

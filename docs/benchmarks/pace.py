@@ -24,7 +24,7 @@ from continuum.model.fourier import Real
 from continuum.store import datasets as store
 from continuum.store.sweeps.folder import Folder
 from continuum.store.sweeps.listing import systems_of
-from continuum.store.sweeps.pace import SystemTime, expected, range_factor, work_of
+from continuum.store.sweeps.status import SystemTime, expected, range_factor, work_of
 from continuum.store.sweeps.workers import TaskResult
 
 __all__ = ["KEPT", "main"]

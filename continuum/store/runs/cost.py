@@ -1,6 +1,6 @@
 """What the input of a run says about its cost: memory, the number of its states, and the points of its grid.
 
-How long it takes depends on the contact; that is measured (:mod:`continuum.store.sweeps.pace`).
+How long it takes depends on the contact; that is measured (:mod:`continuum.store.sweeps.status`).
 """
 
 from dataclasses import dataclass

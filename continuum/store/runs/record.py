@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, Self, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from continuum.solve.solver import Solver
 from continuum.store import datasets as store
 from continuum.store.datasets import Attribute, Dataset
 from continuum.store.sheet import words
+
+if TYPE_CHECKING:
+    import pandas
 
 _OF_SOLUTION = ("residual", "duality_gap", "lowest_eigenvalue", "iterations", "fft_pairs", "sweeps")
 _TOTALS = tuple(one.name for one in dataclasses.fields(Totals))
@@ -349,3 +352,23 @@ def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint
 
 def _times(seconds: list[tuple[float, float]], column: int, what: str) -> Dataset:
     return Dataset(np.array([times[column] for times in seconds], dtype=float), ("step",), "s", what)
+
+
+def frame_of(points: Sequence[Any], kind: type) -> "pandas.DataFrame":
+    """One row for each point, with the stored fields of a class that all have, and ``status``.
+
+    ``attrs["units"]`` has the unit of each column.
+    """
+    import pandas  # takes half a second
+
+    columns = [one for one in dataclasses.fields(kind) if one.metadata and one.name != "status"]
+    rows = [[*(getattr(point, one.name) for one in columns), _status(point)] for point in points]
+    frame = pandas.DataFrame(rows, columns=[*(one.name for one in columns), "status"])
+    frame.index.name = "step"
+    frame.attrs["units"] = {one.name: one.metadata["units"] for one in columns}
+    return frame
+
+
+def _status(point: Any) -> str:
+    """The word of the status, of a point of a file and of a state alike."""
+    return str(getattr(point.status, "name", point.status))

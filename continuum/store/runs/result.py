@@ -43,7 +43,7 @@ from continuum.store.datasets import Attribute
 from continuum.store.hdf5 import StoreError, understood
 from continuum.store.identity import restored
 from continuum.store.runs.config import RunConfig
-from continuum.store.runs.record import EVENT_DATASETS, PathEvent, Point, events_of, points_of
+from continuum.store.runs.record import EVENT_DATASETS, PathEvent, Point, events_of, frame_of, points_of
 from continuum.store.sheet import Column, Sheet, Shown, pairs, words
 from continuum.theory import paper
 from continuum.theory.paper import ExpectedContact
@@ -265,8 +265,6 @@ class Result(Shown):
 
     def to_pandas(self) -> pandas.DataFrame:
         """One row for each point; ``attrs["units"]`` has the unit of each column."""
-        from continuum.store.runs.frames import frame_of  # pandas takes half a second to import
-
         return frame_of(self.points, Point)
 
     def to_xarray(self) -> xarray.Dataset:

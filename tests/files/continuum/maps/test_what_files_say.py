@@ -12,7 +12,7 @@ from continuum.front.cli import main
 from continuum.maps.map import TopographyError
 from continuum.maps.reading import read_all, read_topography
 from continuum.model.grid import Grid
-from continuum.store.kinds import FileSurface
+from continuum.store.runs.config import FileSurface
 from tests.measured import needs_reader
 
 HEIGHTS = np.random.default_rng(3).normal(size=(32, 20)).cumsum(0)

@@ -11,8 +11,7 @@ import continuum as c
 from continuum.inputs.reading import load
 from continuum.store.identity import identity
 from continuum.store.runs.config import RunConfig
-from continuum.store.sweeps.alike import Alike
-from continuum.store.sweeps.axes import Sweep
+from continuum.store.sweeps.axes import Alike, Sweep
 from continuum.store.sweeps.sweep import begin
 
 RUN: dict[str, Any] = {

@@ -9,7 +9,7 @@ from continuum.front.sweep_commands import SweepProgress
 from continuum.inputs.toml import document
 from continuum.store.sheet import duration
 from continuum.store.sweeps.cluster import Allocation
-from continuum.store.sweeps.pace import FACTOR, SystemTime, expected
+from continuum.store.sweeps.status import FACTOR, SystemTime, expected
 from continuum.store.sweeps.workers import Task, TaskResult, _in_order
 
 

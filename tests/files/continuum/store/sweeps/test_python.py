@@ -19,11 +19,11 @@ from matplotlib.figure import Figure
 import continuum as c
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.reading import source_of
-from continuum.store import labelled
+from continuum.store.runs import maps as stored_maps
 from continuum.store.runs.record import XARRAY_NAMES
 from continuum.store.sweeps import crossings
 from continuum.store.sweeps.collect import PointTable
-from continuum.store.sweeps.maps import TAKEN, _short
+from continuum.store.sweeps.cube import TAKEN, _short
 
 RUN: dict[str, Any] = {
     "grid": {"n": [32, 40]},
@@ -163,15 +163,15 @@ def test_maps_of_all_systems_are_read_where_they_are_used(
         xarray.testing.assert_identical(
             one["repulsive"].drop_vars(AXES_SHORT), result.to_xarray()["repulsive"].drop_vars("step")
         )
-    real = labelled.opened
-    monkeypatch.setattr(labelled, "opened", lambda path: (opened.append(path), real(path))[1])
+    real = stored_maps.opened
+    monkeypatch.setattr(stored_maps, "opened", lambda path: (opened.append(path), real(path))[1])
     for key in (
         (1, 0, slice(None), 3, slice(5, 29, 3)),
         ([2, 0], slice(1, None), -1, slice(30, 2, -4), [1, 39, 8]),
         (0, [1], [1, 0], slice(4, 4), 7),
     ):
         there = maps["repulsive"][key].values
-        np.testing.assert_array_equal(there, labelled.along_each(whole, key))
+        np.testing.assert_array_equal(there, stored_maps.along_each(whole, key))
     assert [*map(len, (opened, {*opened}))] == [1 + 2 + 1, 3]  # one of them twice
     assert list(c.sweep_maps(done.folder, where={"wall.adhesion_length": 0.005})["adhesion_length"]) == [0.005]
 
