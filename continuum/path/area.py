@@ -149,6 +149,8 @@ class _Seek:
         """Last state before the target; its numbers only, where the next trial does not start from it."""
         self.beyond: PathState | None = None
         """Numbers of the state at the other end of the bracket."""
+        self.reached = False
+        """Whether that was solved to the tolerance asked for, from a state before the target within the resolution."""
         self.start: PathState | None = None
         """State that the next trial starts from: the one before or, without adhesion, the last one."""
         self.carried: tuple[Real, float] | None = None
@@ -354,11 +356,7 @@ class _Seek:
             elif not state.status.ok or (self.met(state.area_rep) and not self.rough(state)):
                 # Exits: the state that was asked for; or no equilibrium, and why.
                 return self._done(state)
-            ready = last and before is self.start and not self.rough(state)
-            self._take(state)
-            if ready and self._closed() and before is not None and not self.rough(before) and before is self.before:
-                # Exit: the area jumps over the target, between two equilibria as near as asked for.
-                return self._done(before, Outcome.JUMPED_OVER, state)
+            self._take(state, reached=last and before is self.start and not self.rough(state) and state.status.ok)
             del state, before  # while the next one is looked for, one field is held
         # Exit: the work allowed is done.  Known is between which states the area lies.
         nearest = self.before or self.beyond
@@ -385,6 +383,9 @@ class _Seek:
                 self._take(state)
                 self.along = self.adhesive
                 return None
+        if self.reached:
+            # Exit: the area jumps over the target, between two equilibria as near as asked for.
+            return self._done(self.before, Outcome.JUMPED_OVER, self.beyond)
         state = self._trial(self._control(self.place(self.beyond)), tight=True, near=True, last=True)
         if not state.status.ok or self.met(state.area_rep):
             # Exits, as above.
@@ -512,7 +513,7 @@ class _Seek:
         """Whether a trial on its way has gone far over the target: there is a jump."""
         return self.sign * self.scale(self._area(gap)) > LITTLE
 
-    def _take(self, state: PathState, *, holds: bool = True) -> None:
+    def _take(self, state: PathState, *, holds: bool = True, reached: bool = False) -> None:
         """Go on from a state, on its side of the target; without ``holds`` from its numbers."""
         nearest = min(
             (one for one in (self.before, self.beyond) if one), key=lambda one: abs(self.left(one)), default=None
@@ -527,7 +528,7 @@ class _Seek:
             self.before = state
             self.start = state if holds else self.start
         else:
-            self.beyond = numbers(state)
+            self.beyond, self.reached = numbers(state), reached
             if holds and not self.adhesive:
                 # There is one state, from wherever it is reached: the last one serves, and one field is held.
                 self.start, self.before = state, self.before and numbers(self.before)

@@ -199,7 +199,7 @@ def height(problem: ContactProblem, state: PathState) -> float:
 def kept(state: PathState) -> PathState:
     """What a path keeps of a state: its numbers, and of its fields the gap only."""
     found = state.solution
-    solution = Solution(found.gap, found.status, found.residual, found.iterations, law=found.law)
+    solution = Solution(found.gap, found.status, found.residual, found.iterations, found.work, law=found.law)
     return replace(state, solution=solution, outcome=None, beyond=None, events=())
 
 
