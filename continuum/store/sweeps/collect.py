@@ -110,6 +110,8 @@ def keep_tables(path: Path, found: Mapping[str, tuple[Stamp, SystemTable]]) -> N
         )
 
 
+_EVERY = 20_000
+"""Files that a collection reads again, at most, if it was killed: a minute of reading."""
 _KAPPAS = ("kappa", "kappa_rep", "kappa_att")
 
 
@@ -282,7 +284,7 @@ def collect(root: str | Path, *, keep: bool = False) -> PointTable:
 
     Parameters
     ----------
-    keep : whether what is read is kept in the folder for the next time.
+    keep : whether what is read is kept in the folder for the next time, also while others are still to be read.
 
     Raises SweepError if there is no sweep; warns with a LeftOutWarning of faults.
     """
@@ -291,12 +293,15 @@ def collect(root: str | Path, *, keep: bool = False) -> PointTable:
     done = names(folder.points)
     there = [each.key for each in listing.systems if folder.stem(each.key) in done]
     read: KeptTables = {}
+    fresh = 0
     for key in there:
         try:
             stamp = Stamp.of(folder.point(key))
             known = before[key][1] if key in before and before[key][0] == stamp else None
             found[key] = with_columns(folder, key, listing.columns, known)
             read[key] = stamp, known or (replace(found[key], own={}) if found[key].own else found[key])
+            if known is None and (fresh := fresh + 1) % _EVERY == 0 and keep:
+                keep_tables(folder.kept, {**before, **read})
         except (StoreError, OSError) as error:
             faults.append(str(error))
     if keep and read != before:

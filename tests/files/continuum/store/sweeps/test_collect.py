@@ -22,6 +22,8 @@ from continuum.store import datasets
 from continuum.store.runs.config import RunConfig
 from continuum.store.sweeps import collect, crossings
 from continuum.store.sweeps.collect import LeftOutWarning
+from continuum.store.sweeps.folder import Folder
+from continuum.store.sweeps.listing import systems_of
 from continuum.store.sweeps.measured import COLUMNS
 from docs.benchmarks.files import stubs
 
@@ -99,6 +101,39 @@ def test_a_collection_that_is_killed_leaves_whole_tables_and_the_next_one_nothin
     assert len(c.sweep_collect(root).keys) == MANY
     assert len((root / "table.csv").read_text().splitlines()) == 1 + MANY
     assert not any(name.endswith(".tmp") for name in content(root))
+
+
+def _while_files_are_read(root: Path) -> None:
+    read, last = crossings.numbers_of, Folder(root).point(systems_of(root).systems[40].key)
+
+    def some(path: Path, key: str | None = None) -> Any:
+        if path == last:
+            _die()
+        return read(path, key)
+
+    crossings.numbers_of = some
+    collect._EVERY = 10
+    c.sweep_collect(root)
+
+
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
+def test_what_a_killed_collection_has_read_is_not_read_again(root: Path, asked: list[str]) -> None:
+    aside = root.parent / "aside"
+    aside.mkdir()
+    late = [Folder(root).point(one.key) for one in systems_of(root).systems[:50]]
+    for path in late:
+        path.rename(aside / path.name)
+    c.sweep_collect(root)  # the last ten
+    for path in late:
+        (aside / path.name).rename(path)
+    killed = get_context("fork").Process(target=_while_files_are_read, args=(root,))
+    killed.start()
+    killed.join(60)
+    assert killed.exitcode == -signal.SIGKILL
+    asked.clear()
+    assert len(c.sweep_collect(root).keys) == MANY
+    assert asked == [path.name for path in late[40:]]
+    assert len((root / "table.csv").read_text().splitlines()) == 1 + MANY
 
 
 def test_damaged_files_in_the_middle_are_faults_and_all_others_are_rows(
