@@ -87,7 +87,7 @@ def software_identifier(provenance: Mapping[str, object]) -> str:
 
 def crate(
     title: str, description: str, creators: Sequence[Creator], license: str, citation: Citation, software: str,
-    date: str, files: Mapping[str, bytes],
+    date: str, files: Mapping[str, bytes], said: Mapping[str, str],
 ) -> str:  # fmt: skip
     """The text of ``ro-crate-metadata.json``.
 
@@ -96,6 +96,7 @@ def crate(
     software : identifier of the program; empty if there is none.
     date : of the publication, as 2026-11-28.
     files : contents of the other files of the folder, by name.
+    said : what some of them hold.
     """
     people = [
         {"@id": f"https://orcid.org/{one.orcid}" if one.orcid else f"#creator-{i}", "@type": "Person", "name": one.name}
@@ -109,16 +110,20 @@ def crate(
     parts = [
         {
             "@id": name, "@type": "File", "name": name, "contentSize": str(len(content)),
-            "encodingFormat": mimetypes.guess_type(name)[0] or "application/octet-stream",
-            "sha256": hashlib.sha256(content).hexdigest(),
+            "encodingFormat": _media_type(name), "sha256": hashlib.sha256(content).hexdigest(),
+            **({"description": said[name]} if name in said else {}),
         }
         for name, content in sorted(files.items())
     ]  # fmt: skip
-    terms = {"@id": f"#{license}", "@type": "CreativeWork", "name": license, "identifier": license}
+    spdx, full = _LICENCES.get(license.lower(), ("", license))
+    terms = {
+        "@id": f"http://spdx.org/licenses/{spdx}" if spdx else f"#{license}", "@type": "CreativeWork", "name": full,
+        "identifier": license, "description": f"The terms on which all files of this data set may be used: {full}.",
+    }  # fmt: skip
     root = {
         "@id": "./", "@type": "Dataset", "name": title, "description": description, "datePublished": date,
         "author": _links(people), "license": {"@id": terms["@id"]}, "citation": {"@id": paper["@id"]},
-        "hasPart": _links(parts),
+        "hasPart": _links(parts), "mentions": {"@id": "#sweep"},
     }  # fmt: skip
     made = {
         "@id": "#sweep", "@type": "CreateAction", "instrument": {"@id": program["@id"]}, "result": {"@id": "./"},
@@ -129,12 +134,31 @@ def crate(
         "conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"},
     }  # fmt: skip
     graph = [head, root, *people, terms, program, paper, made, *parts]
-    said = {"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph}
-    return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
+    context = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "http://schema.org/sha256"}]  # which 1.1 lacks
+    whole = {"@context": context, "@graph": graph}
+    return json.dumps(whole, indent=2, ensure_ascii=False) + "\n"
 
 
-def _links(entities: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    return [{"@id": one["@id"]} for one in entities]
+_LICENCES = {
+    "cc-by-4.0": ("CC-BY-4.0", "Creative Commons Attribution 4.0 International"),
+    "cc-by-sa-4.0": ("CC-BY-SA-4.0", "Creative Commons Attribution Share Alike 4.0 International"),
+    "cc-zero": ("CC0-1.0", "Creative Commons Zero v1.0 Universal"),
+    "cc0-1.0": ("CC0-1.0", "Creative Commons Zero v1.0 Universal"),
+    "mit": ("MIT", "MIT License"),
+}
+"""Identifier and name in the list of SPDX of licences by their Zenodo names; others keep these."""
+
+
+def _media_type(name: str) -> str:
+    """The media type of a file; ``mimetypes`` of Python 3.11 has none of TOML."""
+    known = "application/toml" if name.endswith(".toml") else mimetypes.guess_type(name)[0]
+    return known or "application/octet-stream"
+
+
+def _links(entities: Sequence[Mapping[str, Any]]) -> dict[str, Any] | list[dict[str, Any]]:
+    """Links to entities; to a single one without a list, as compact JSON-LD has it."""
+    links = [{"@id": one["@id"]} for one in entities]
+    return links if len(links) > 1 else links[0]
 
 
 _KEYWORDS = ["contact mechanics", "adhesion", "surface roughness", "tribology"]
@@ -178,8 +202,8 @@ class Metadata:
 
 def write_publication_page(
     root: Path, found: PointTable, folder: Path, about: Metadata, citation: Citation, warnings: Sequence[str]
-) -> None:
-    """Write ``index.html`` and its figures.
+) -> dict[str, str]:
+    """Write ``index.html`` and its figures; returns what files of the folder hold, by their names.
 
     Parameters
     ----------
@@ -203,6 +227,7 @@ def write_publication_page(
         ("sweep.toml", (folder / "sweep.toml").read_text(encoding="utf-8")), f"Licence of the data: {about.license}.",
         [(name, what) for name, what in said.items() if name in there or name == CRATE],
     ).write(folder / "index.html")  # fmt: skip
+    return {"index.html": "the page: figures, verdicts, and how to cite", **said}
 
 
 def summary_sheet(found: PointTable) -> Sheet:
@@ -317,9 +342,10 @@ def sweep_publish(
         _as_netcdf(found, draft / "table.h5")
         files.save(draft / ".zenodo.json", about.zenodo(citation.doi, software))
         doubts = _doubts(found)
-        write_publication_page(root, found, draft, about, citation, doubts)
+        said = write_publication_page(root, found, draft, about, citation, doubts)
         written = {path.name: path.read_bytes() for path in sorted(draft.iterdir())}
-        whole = crate(about.title, about.description, about.creators, license, citation, software, now()[:10], written)
+        given = about.title, about.description, about.creators, license, citation, software, now()[:10]
+        whole = crate(*given, written, said)
         written[CRATE] = whole.encode()
     if not force:
         _require_ours(place, written, before)

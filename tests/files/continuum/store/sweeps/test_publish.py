@@ -9,6 +9,7 @@ import shutil
 import socket
 import subprocess
 import sys
+from datetime import date
 from html.parser import HTMLParser
 from itertools import islice
 from pathlib import Path
@@ -146,10 +147,17 @@ def test_the_metadata_is_what_zenodo_asks_for(place: Path) -> None:
 
 def test_the_folder_is_an_ro_crate(place: Path) -> None:
     """Its root and descriptor are as RO-Crate 1.1 asks for, each link leads to an entity, and each file is listed."""
-    graph = {one["@id"]: one for one in json.loads((place / "ro-crate-metadata.json").read_text())["@graph"]}
+    crate = json.loads((place / "ro-crate-metadata.json").read_text())
+    assert crate["@context"] == ["https://w3id.org/ro/crate/1.1/context", {"sha256": "http://schema.org/sha256"}]
+    graph = {one["@id"]: one for one in crate["@graph"]}
     assert graph["ro-crate-metadata.json"]["about"] == {"@id": "./"}
     root = graph["./"]
     assert {"name", "description", "datePublished", "license"} <= root.keys()
+    date.fromisoformat(root["datePublished"])
+    terms = graph[root["license"]["@id"]]
+    assert terms["@id"] == "http://spdx.org/licenses/CC-BY-4.0"
+    assert terms["name"]
+    assert terms["description"]
     for entity in graph.values():
         for value in entity.values():
             for link in value if isinstance(value, list) else [value]:
@@ -158,6 +166,9 @@ def test_the_folder_is_an_ro_crate(place: Path) -> None:
     beside = {path.name for path in place.iterdir()} - {"ro-crate-metadata.json", "SHA256SUMS"}
     assert {part["@id"] for part in root["hasPart"]} == beside
     assert all(graph[name]["contentSize"] == str((place / name).stat().st_size) for name in beside)
+    assert all(graph[name]["description"] for name in beside if not name.endswith(".py"))
+    assert graph["sweep.toml"]["encodingFormat"] == "application/toml"
+    assert root["mentions"] == {"@id": "#sweep"}
     (made,) = (one for one in graph.values() if one["@type"] == "CreateAction")
     assert graph[made["instrument"]["@id"]]["@type"] == "SoftwareApplication"
 
