@@ -260,9 +260,25 @@ TOLD_AT_LENGTH = {
 
 
 def blocks(page: str) -> list[tuple[str, str]]:
-    """Language and text of the code of a page, in order."""
+    """Language and text of the code of a page, in order; long lines of printed text are continued after two spaces."""
     found = re.finditer(r"^( *)```(\w*)\n(.*?)^\1```", PAGES[page], re.MULTILINE | re.DOTALL)
-    return [(block[2], textwrap.dedent(block[3])) for block in found]
+    texts = [(block[2], textwrap.dedent(block[3])) for block in found]
+    return [(language, continued(text) if language == "text" else text) for language, text in texts]
+
+
+def continued(text: str) -> str:
+    """Printed text with each long line in one piece."""
+    return re.sub(r"\n  (?=\S)", " ", text)
+
+
+@pytest.mark.style
+def test_code_and_printed_text_fit_a_column_of_the_site() -> None:
+    """At most 88 characters a line, so that a window of 1280 px shows it beside the menu."""
+    wide = [(page, line)
+            for page in PAGES
+            for block in re.findall(r"^ *```.*?^ *```", PAGES[page], re.MULTILINE | re.DOTALL)
+            for line in block.splitlines() if len(line) > 88]  # fmt: skip
+    assert not wide
 
 
 def follow(page: str, told: Told, folder: Path, ran: Callable[[str, str], str]) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.problems import validation_input
+from tests.repository.test_docs import continued
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
@@ -65,7 +66,7 @@ def test_the_example_runs_as_printed_in_a_script(tmp_path: Path) -> None:
     assert pull_off > 0 > last_kappa
     shown = re.search(r"```text\n(Sticky: .*?)```", README, re.DOTALL)
     assert shown is not None
-    assert answer.split(".  ") == shown[1].removesuffix(".\n").split(".\n")
+    assert answer.split(".  ") == continued(shown[1]).removesuffix(".\n").split(".\n")
     assert (tmp_path / "contact.png").stat().st_size > 1000
     assert (tmp_path / "results" / "path.h5").is_file()
     assert (tmp_path / "results" / "quick.h5").is_file()

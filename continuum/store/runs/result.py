@@ -278,17 +278,17 @@ class Result(Shown):
 
 
 def _jumps(events: Sequence[PathEvent]) -> Sheet:
+    """Two rows for each jump: its state before and after."""
     columns = (
-        Column("before step"), Column("jump"), Column("of"), Column("from", "", ".6g"), Column("to", "", ".6g"),
-        Column("mean gap", "a0"), Column("after", "a0"), Column("A_rep/A0"), Column("after"),
-        Column("N/A0", "E*", ".3e"), Column("after", "E*", ".3e"),
+        Column("before step"), Column("jump"), Column("state"), Column("control"), Column("value", "", ".6g"),
+        Column("mean gap", "a0"), Column("A_rep/A0"), Column("N/A0", "E*", ".3e"),
     )  # fmt: skip
     rows = [
-        (step, e.kind, e.control.replace("-", " "), e.before.value, e.after.value, e.before.mean_gap, e.after.mean_gap,
-         e.before.area_rep, e.after.area_rep, e.before.load, e.after.load)
+        (step, e.kind, side, e.control.replace("-", " "), state.value, state.mean_gap, state.area_rep, state.load)
         for step, e in events
-    ]  # fmt: skip
-    return Sheet.of("Jumps and thresholds, with both sides of each", columns, rows)
+        for side, state in (("before", e.before), ("after", e.after))
+    ]
+    return Sheet.of("Jumps and thresholds, with the states on both sides", columns, rows)
 
 
 @dataclass(frozen=True, eq=False)

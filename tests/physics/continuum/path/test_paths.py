@@ -384,7 +384,7 @@ def test_what_has_no_state_is_shown_with_both_sides(
     out = capsys.readouterr().out
     assert "pulled off" in out
     assert "the contact does not hold this tension" in out
-    assert "both sides of each" in out
+    assert "states on both sides" in out
     assert "left" in out
     assert main(["plot", str(tmp_path / "path.h5")]) == 0
 
