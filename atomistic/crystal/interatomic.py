@@ -10,8 +10,8 @@ import numpy as np
 from atomistic.crystal.crystal import standard_mass
 from continuum.inputs import possible
 from continuum.inputs.arguments import ArgumentError, choice, number
-from continuum.model.anisotropic import CubicConstants, contact_modulus
 from continuum.model.fourier import Real
+from continuum.model.substrates.crystal import CubicConstants, contact_modulus
 
 
 class Species:

@@ -54,14 +54,14 @@ from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.units import Units
-from continuum.model.anisotropic import (
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.substrates.crystal import (
     CubicConstants,
     anisotropic_contact_modulus,
     contact_modulus,
     directional_contact_modulus,
 )
-from continuum.model.fourier import Real
-from continuum.model.grid import Grid
 
 _DIRECTIONS = 128
 

@@ -15,9 +15,8 @@ from continuum.inputs.keys import Fraction, InputFile
 from continuum.inputs.reading import parsed, source_of
 from continuum.inputs.tables import Fault, constraint
 from continuum.inputs.toml import Document, Source
-from continuum.maps.map import Topography
+from continuum.maps.map import Topography, sizes_of, units_of
 from continuum.maps.mending import wall_from_map
-from continuum.maps.quantities import sizes_of, units_of
 from continuum.maps.reading import read_topography
 from continuum.maps.verdict.tables import Length
 from continuum.model.grid import Grid

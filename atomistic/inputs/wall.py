@@ -20,9 +20,8 @@ from continuum.inputs.arguments import ArgumentError, choice, count, file_name, 
 from continuum.inputs.reading import load
 from continuum.inputs.toml import Document, find
 from continuum.inputs.units import ANGSTROM, GPA_PER_EV_PER_A3, parse
-from continuum.maps.map import FEWEST
+from continuum.maps.map import FEWEST, share
 from continuum.maps.mending import wall_from_map
-from continuum.maps.quantities import share
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.model.walls.spline import LARGEST_RANGE
 

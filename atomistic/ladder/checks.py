@@ -22,9 +22,9 @@ from atomistic.lammps.result import DeckResult
 from atomistic.relax.specimen import Specimen
 from atomistic.response.force_constants import ForceConstants, least_width
 from atomistic.response.lattice import half_space_stiffness
-from continuum.model.anisotropic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.model.substrates.crystal import CubicConstants
 from continuum.model.walls import Wall
 
 LONGEST, DEEP = 512.0, 4096.0

@@ -35,10 +35,10 @@ from numpy.typing import NDArray
 
 from atomistic.response.lattice import LatticeResponse
 from continuum.measure.contact import Totals, contact_map, quantity, shared
-from continuum.model.anisotropic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate
+from continuum.model.substrates.crystal import CubicConstants
 from continuum.model.walls import Wall
 from continuum.path.loading import follow, solve
 from continuum.path.state import Branch, PathState

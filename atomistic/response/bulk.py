@@ -23,8 +23,8 @@ from atomistic.lammps.session import Cell
 from atomistic.response.material import STEP, model_of, require_style
 from continuum.inputs import possible
 from continuum.inputs.arguments import ArgumentError
-from continuum.model.anisotropic import CubicConstants, anisotropic_contact_modulus, rotated, tensor_of
 from continuum.model.fourier import Real
+from continuum.model.substrates.crystal import CubicConstants, anisotropic_contact_modulus, rotated, tensor_of
 
 _RATTLE, _LEFT = 1e-3, 1e-8
 """Random displacements from which a surface relaxes, in a0, and the largest force that is left, in E* a0²."""

@@ -33,10 +33,10 @@ from atomistic.crystal.potentials import PotentialError
 from atomistic.response.force_constants import ForceConstants, force_constants, least_width, spring_force_constants
 from continuum.inputs.arguments import ArgumentError, array, field_of, instance
 from continuum.model import fourier
-from continuum.model.anisotropic import CubicConstants
 from continuum.model.fourier import Complex, Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import CubicLayer, TabulatedSubstrate
+from continuum.model.substrates.crystal import CubicConstants
 
 _LONG = 12.0
 """Wavelengths, in a0, from which the first order in q is read: its neighbours are then below a tenth of it."""

@@ -14,8 +14,8 @@ from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.engine import pair_styles
 from atomistic.lammps.session import Cell
 from continuum.inputs.toml import slip
-from continuum.model.anisotropic import CubicConstants
 from continuum.model.fourier import Real
+from continuum.model.substrates.crystal import CubicConstants
 
 STEP = 1e-5
 """Strain, or displacement in a0, of all finite differences.

@@ -102,7 +102,7 @@ def _study(
     maps: Sequence[Path], beside: Sequence[str], output: Path, pattern: str | None, given: dict[str, Any]
 ) -> int:
     """Rank the samples in a folder; print the ranking and write its files."""
-    from continuum.show.study import study_doubts, study_sentence
+    from continuum.show.prediction import study_doubts, study_sentence
 
     if len(maps) > 1 or beside:
         also = f"with {beside[0]}" if beside else f"beside {len(maps) - 1} more"

@@ -12,18 +12,16 @@ from continuum.inputs.arguments import ArgumentError, choice, count, file_name, 
 from continuum.inputs.errors import InputError
 from continuum.inputs.reading import load
 from continuum.inputs.toml import find
-from continuum.maps.map import Topography, TopographyError
+from continuum.maps.map import PER_MAP, Topography, TopographyError, length_of, share
 from continuum.maps.mending import Detrending, prepare
-from continuum.maps.quantities import PER_MAP, length_of, share
 from continuum.maps.reading import read_all
 from continuum.maps.verdict.materials import InterfaceError, read_interface
 from continuum.maps.verdict.prediction import PredictionNumbers, prediction_of
 from continuum.maps.verdict.study import Scan, Spot, StudyNumbers, ranked, scans
 from continuum.maps.verdict.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.show.answer import statements
-from continuum.show.prediction import prediction_sheets
+from continuum.show.prediction import prediction_sheets, study_sheets
 from continuum.show.prediction_data import as_json, row
-from continuum.show.study import study_sheets
 from continuum.solve.solution import MOST_THREADS
 from continuum.store.sheet import Sheet, Shown
 
@@ -210,7 +208,7 @@ class Study(StudyNumbers, Shown):
         OutputError
             If they cannot be written there.
         """
-        from continuum.show.study_page import write_study  # draws
+        from continuum.show.prediction_figures import write_study  # draws
 
         return write_study(self, Path(folder), name)
 

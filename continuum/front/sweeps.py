@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import continuum.store.sweeps.collect
-from continuum.front.costs import core_hours, costs_of, tasks_of
+from continuum.front.runs import core_hours, costs_of, tasks_of
 from continuum.inputs.arguments import ArgumentError, count, file_name, flag, function, hinted, instance, number, pair
 from continuum.inputs.errors import InputError
 from continuum.inputs.reading import InputFile, settings_of

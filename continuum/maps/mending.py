@@ -14,8 +14,7 @@ import scipy
 from continuum.inputs import units
 from continuum.inputs.arguments import ArgumentError, array, choice, count, instance, number, pair
 from continuum.inputs.keys import LARGEST_N
-from continuum.maps.map import FLAT, Topography, TopographyError, mirror
-from continuum.maps.quantities import length_of
+from continuum.maps.map import FLAT, Topography, TopographyError, length_of, mirror
 from continuum.maps.scanlines import Mask, line_offsets, scan_lines, spikes
 from continuum.model.fourier import Real
 

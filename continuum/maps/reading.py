@@ -2,7 +2,7 @@
 
 Arrays in memory or in files (npy, text, HDF5) need size and unit of the heights, where no header and no attribute says
 them (:mod:`continuum.store.heights`); files of instruments say them (:mod:`continuum.maps.instruments`).
-Arguments with units are parsed by :mod:`continuum.maps.quantities`.  Files that cannot be read raise
+Arguments with units are parsed by :mod:`continuum.maps.map`.  Files that cannot be read raise
 TopographyError, arguments of another type ArgumentError.
 """
 
@@ -18,9 +18,21 @@ from numpy.typing import ArrayLike
 from continuum.inputs import possible, units
 from continuum.inputs.arguments import ArgumentError, file_name, flag, number, pair
 from continuum.maps.instruments import ALL, from_instrument, is_container, is_known, measurements
-from continuum.maps.map import FEWEST, Topography, TopographyError, as_fault, heights_of
+from continuum.maps.map import (
+    FEWEST,
+    Topography,
+    TopographyError,
+    as_fault,
+    corners_of,
+    heights_of,
+    share,
+    sizes_of,
+    text_for,
+    texts_of,
+    units_of,
+    voids_of,
+)
 from continuum.maps.mending import crop, detrend, harmonic
-from continuum.maps.quantities import corners_of, share, sizes_of, text_for, texts_of, units_of, voids_of
 from continuum.maps.spectra import isotropic_surface, joined
 from continuum.model.fourier import Real
 from continuum.store.heights import (

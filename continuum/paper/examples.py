@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from continuum.maps.verdict.materials import Body, interface, materials
-from continuum.model.anisotropic import CubicConstants, directional_contact_modulus
+from continuum.model.substrates.crystal import CubicConstants, directional_contact_modulus
 from continuum.model.walls import InversePowers, LennardJonesSpline
 from continuum.theory import paper, rough
 

@@ -1,6 +1,6 @@
-"""Page of a prediction, and its figures: map and contact, spectrum, threshold, what decides it; the faults of a map.
+"""Pages of predictions and studies with their figures: map and contact, spectrum, threshold, what decides it, faults.
 
-The page of a prediction with its figures: what draws is imported after the answer has been printed.
+What draws is imported after the answer has been printed.
 """
 
 from pathlib import Path
@@ -17,13 +17,22 @@ from continuum.maps.roughness import spectrum
 from continuum.maps.scanlines import line_offsets
 from continuum.maps.spectra import profile_spectrum
 from continuum.maps.verdict.prediction import PredictionNumbers
+from continuum.maps.verdict.study import StudyNumbers
 from continuum.maps.verdict.threshold import MapThreshold, RangePoint
 from continuum.model.fourier import Real
 from continuum.show import plot
 from continuum.show.answer import COLOURS, statements, verdict_axis
 from continuum.show.page import Page
-from continuum.show.prediction import prediction_sheets, reading_order
-from continuum.show.prediction_data import load_works
+from continuum.show.prediction import (
+    prediction_sheets,
+    ranking_row,
+    reading_order,
+    study_doubts,
+    study_sentence,
+    study_sheets,
+)
+from continuum.show.prediction_data import as_csv, load_works, row
+from continuum.store import output
 from continuum.store.sheet import Sheet
 
 _LINES: dict[str, Any] = {r"$\lambda_L$": ":", r"$\lambda_s$": "-.", "noise": (0, (1, 4))}
@@ -298,3 +307,46 @@ def write_prediction(prediction: PredictionNumbers, folder: Path, name: str) -> 
         answer=(word.capitalize(), COLOURS[word], verdict_axis(prediction)),
     )
     return [page.write(folder / f"{name}.html"), *(path for path, _ in drawn)]
+
+
+@plot.styled
+def study_figure(study: StudyNumbers) -> Figure:
+    """Each sample with its spots, mean and interval."""
+    shown = [sample for sample in study.samples if sample.margin is not None]
+    figure, axis = plot.new_axes(plot.PAGE, 1.2 + 0.35 * max(len(shown), 2))
+    for place, sample in enumerate(shown):
+        margins = [spot.margin for spot in sample.spots if spot.margin is not None]
+        axis.plot(margins, [place] * len(margins), "o", color=plot.SERIES[0], alpha=0.5, label="spots")
+        if sample.interval is not None:
+            axis.plot(sample.interval, [place] * 2, color="black", linewidth=1.5, label="mean, 95 %")
+        axis.plot(sample.margin, place, "|", color="black", markersize=12, markeredgewidth=2)
+    axis.axvline(1.0, color="gray", linestyle="--", linewidth=1)
+    axis.set(xscale="log", xlabel="w/w_c (sticky above 1)", ylim=(len(shown) - 0.5, -0.5))
+    axis.set_yticks(range(len(shown)), [sample.name for sample in shown])
+    plot.log_ticks(axis)
+    plot.legend_below(figure, plot.labelled(axis))
+    return figure
+
+
+def write_study(study: StudyNumbers, folder: Path, name: str) -> list[Path]:
+    """Write the page, its figure, the ranking and its spots as tables; returns their paths."""
+    drawn = []
+    if any(sample.margin is not None for sample in study.samples):
+        picture = plot.save_figure(study_figure(study), folder / name, usual=(), page=True)
+        drawn = [(picture, "Spots, and mean of each sample.")]
+    title = f"Ranking of samples by stickiness:  {study.folder.resolve().name}"
+    page = Page(title, study_sentence(study) + ".", study_doubts(study), drawn, study_sheets(study))
+    output.folder(folder)
+    spots = []
+    for spot in study.spots:
+        named: dict[str, str | float | None] = {
+            "sample": spot.sample, "spot": spot.name, "files": ", ".join(spot.files),
+            "w/w_c": spot.margin, "error": spot.error,
+        }  # fmt: skip
+        spots.append(named | ({} if spot.found is None else row(spot.found)))
+    return [
+        page.write(folder / f"{name}.html"),
+        *(path for path, _ in drawn),
+        output.save(folder / f"{name}.csv", as_csv([ranking_row(sample) for sample in study.samples])),
+        output.save(folder / f"{name}-spots.csv", as_csv(spots)),
+    ]

@@ -26,8 +26,7 @@ from continuum.inputs.toml import find
 from continuum.maps.verdict.materials import materials
 from continuum.maps.verdict.tables import OPTIONS
 from continuum.show.plot import contact_colours, map_colours
-from continuum.view.opened import OpenedMap, Told, View, answer_of, arguments
-from continuum.view.seen import look, solved_layers
+from continuum.view.opened import OpenedMap, Told, View, answer_of, arguments, look, solved_layers
 from continuum.view.states import is_stored
 
 LARGEST = 200_000_000

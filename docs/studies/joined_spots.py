@@ -20,9 +20,9 @@ from continuum.maps.map import Bands, Topography
 from continuum.maps.mending import detrend
 from continuum.maps.roughness import fit_self_affine, roughness_of, spectrum
 from continuum.maps.spectra import constant_in, isotropic_surface, joined, random_surface
+from continuum.maps.verdict.extrapolation import CONFIDENCE, ERRORS
 from continuum.maps.verdict.materials import Interface
 from continuum.maps.verdict.prediction import rough_contact
-from continuum.maps.verdict.sampling import CONFIDENCE, ERRORS
 from continuum.maps.verdict.threshold import MapThreshold, PressedMap, bounds, press_map
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid

@@ -24,10 +24,10 @@ from typing import NamedTuple
 import numpy as np
 
 import continuum as c
-from continuum.model.anisotropic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, LayeredHalfSpace, Substrate
+from continuum.model.substrates.crystal import CubicConstants
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.model.walls import LennardJonesSpline, Wall, attraction_on_core
 from continuum.path.threshold import PressedState, Threshold, press_without_adhesion

@@ -19,8 +19,8 @@ import continuum as c
 from continuum.maps.map import Topography
 from continuum.maps.mending import detrend
 from continuum.maps.roughness import fit_self_affine, spectrum
+from continuum.maps.verdict.extrapolation import ERRORS, Blocks
 from continuum.maps.verdict.materials import Interface
-from continuum.maps.verdict.sampling import ERRORS, Blocks
 from continuum.maps.verdict.threshold import MapThreshold, PressedMap, press_map
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid

@@ -16,7 +16,7 @@ import pytest
 from atomistic.inputs.crystal import ElasticConfig
 from atomistic.inputs.deck import DeckConfig
 from atomistic.inputs.validate import ValidateConfig
-from continuum.front.costs import SystemCost, costs_of
+from continuum.front.runs import SystemCost, costs_of
 from continuum.inputs.reading import load
 from continuum.store.runs.config import RunConfig
 from continuum.store.runs.run import follow_run

@@ -20,8 +20,8 @@ from continuum.inputs import possible, units
 from continuum.inputs.arguments import ArgumentError, instance, number, texts
 from continuum.inputs.errors import InputError
 from continuum.inputs.toml import slip
-from continuum.model.anisotropic import CubicConstants, HexagonalConstants, contact_modulus
 from continuum.model.substrates import HalfSpace, LayeredHalfSpace, Substrate
+from continuum.model.substrates.crystal import CubicConstants, HexagonalConstants, contact_modulus
 
 
 class InterfaceError(InputError, ValueError):

@@ -23,8 +23,8 @@ from continuum.maps.map import Topography, opposed
 from continuum.maps.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
 from continuum.maps.verdict import criteria
 from continuum.maps.verdict.adhesion import ProbePullOff, UnderAdhesion, probe_doubts, probe_pull_off
-from continuum.maps.verdict.continuation import Continuation, continuation_of
 from continuum.maps.verdict.criteria import AREA, Answer, Estimate, RoughContact
+from continuum.maps.verdict.extrapolation import Continuation, continuation_of
 from continuum.maps.verdict.materials import Interface
 from continuum.maps.verdict.search import find_threshold
 from continuum.maps.verdict.threshold import Basis, MapThreshold, bounds

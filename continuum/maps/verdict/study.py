@@ -17,11 +17,11 @@ import numpy as np
 
 from continuum.inputs.arguments import instance
 from continuum.inputs.errors import InputError
-from continuum.maps.quantities import PER_MAP
+from continuum.maps.map import PER_MAP
 from continuum.maps.verdict import criteria
 from continuum.maps.verdict.criteria import Answer
+from continuum.maps.verdict.extrapolation import CONFIDENCE, ERRORS
 from continuum.maps.verdict.prediction import PredictionNumbers
-from continuum.maps.verdict.sampling import CONFIDENCE, ERRORS
 
 TABLE = "study.csv"
 """Name of the table of files in a folder."""

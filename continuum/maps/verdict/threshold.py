@@ -27,8 +27,8 @@ from continuum.maps.roughness import stencil_moments
 from continuum.maps.verdict import on_grid
 from continuum.maps.verdict.adhesion import MapCurve
 from continuum.maps.verdict.criteria import AREA, RoughContact
+from continuum.maps.verdict.extrapolation import ERRORS, Blocks, sampling_error
 from continuum.maps.verdict.materials import Interface
-from continuum.maps.verdict.sampling import ERRORS, Blocks, sampling_error
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
@@ -150,7 +150,7 @@ class MapThreshold:
     """The map, of which :attr:`adhesion` is found when it is asked for; None where there are bounds only."""
     sampling: float = np.nan
     """Standard error of ln w_c, as of another spot of the surface; NaN where it is not known
-    (:mod:`continuum.maps.verdict.sampling`)."""
+    (:mod:`continuum.maps.verdict.extrapolation`)."""
 
     @property
     def adhesion(self) -> MapCurve | None:

@@ -9,9 +9,9 @@ its own, of which each class is also a table of the input; files here are found 
 from importlib import import_module
 from pkgutil import iter_modules
 
-from continuum.model.substrates.half_space import HalfSpace as HalfSpace
-from continuum.model.substrates.layer import Layer as Layer
-from continuum.model.substrates.layered_half_space import LayeredHalfSpace as LayeredHalfSpace
+from continuum.model.substrates.isotropic import HalfSpace as HalfSpace
+from continuum.model.substrates.isotropic import Layer as Layer
+from continuum.model.substrates.isotropic import LayeredHalfSpace as LayeredHalfSpace
 from continuum.model.substrates.non_periodic import NonPeriodicHalfSpace as NonPeriodicHalfSpace
 from continuum.model.substrates.crystal import CubicLayer as CubicLayer
 from continuum.model.substrates.tabulated import TabulatedSubstrate as TabulatedSubstrate

@@ -18,8 +18,8 @@ from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.errors import InputError
 from continuum.maps.verdict.criteria import Answer
 from continuum.maps.verdict.study import Spot, ranked, scans
-from continuum.show.study import study_doubts
-from continuum.show.study_page import study_figure
+from continuum.show.prediction import study_doubts
+from continuum.show.prediction_figures import study_figure
 from tests.printed import faults_in_print
 from tests.problems import Rough
 

@@ -40,8 +40,7 @@ from continuum.show.answer import statements
 from continuum.store.runs.result import Result
 from continuum.store.sweeps.workers import Worker
 from continuum.view import server
-from continuum.view.opened import OpenedMap, View, answer_of, arguments, safe_name
-from continuum.view.seen import correction_of, map_layer
+from continuum.view.opened import OpenedMap, View, answer_of, arguments, correction_of, map_layer, safe_name
 from continuum.view.server import EXAMPLE, listen
 
 RUN: dict[str, Any] = {

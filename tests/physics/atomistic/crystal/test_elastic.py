@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from atomistic.crystal.interatomic import Springs
-from continuum.model.anisotropic import CubicConstants, contact_modulus, directional_contact_modulus
+from continuum.model.substrates.crystal import CubicConstants, contact_modulus, directional_contact_modulus
 
 UNIT_SPRINGS = Springs(1.0).elastic_constants
 

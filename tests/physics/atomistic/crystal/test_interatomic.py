@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from atomistic.crystal.interatomic import Springs
-from continuum.model.anisotropic import contact_modulus
+from continuum.model.substrates.crystal import contact_modulus
 
 
 def test_elastic_constants_of_springs():

@@ -21,8 +21,8 @@ from atomistic.relax.specimen import specimen_of
 from atomistic.response import lattice
 from atomistic.response.force_constants import ForceConstants, spring_force_constants
 from continuum.inputs.reading import load
-from continuum.model.anisotropic import CubicConstants
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer
+from continuum.model.substrates.crystal import CubicConstants
 from continuum.model.walls import LennardJonesSpline
 from tests.problems import validation_input
 

@@ -37,8 +37,8 @@ from continuum.inputs.reading import load, parsed, source_of
 from continuum.inputs.toml import ConfigError
 from continuum.maps.mending import wall_from_map
 from continuum.maps.reading import read_topography
-from continuum.model.anisotropic import anisotropic_contact_modulus, rotated
 from continuum.model.fourier import Real
+from continuum.model.substrates.crystal import anisotropic_contact_modulus, rotated
 from continuum.model.walls import LennardJonesSpline
 from continuum.theory.smooth import Hertz
 from tests.problems import lmp

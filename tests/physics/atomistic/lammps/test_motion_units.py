@@ -20,7 +20,7 @@ from atomistic.inputs.deck import steps_of
 from atomistic.inputs.motion import thermal_energy
 from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion, impedance, largest_timestep, vibration_timestep
 from continuum.inputs.toml import ConfigError
-from continuum.model.anisotropic import CubicConstants
+from continuum.model.substrates.crystal import CubicConstants
 from continuum.model.walls import LennardJonesSpline
 
 GPA = si.giga / (si.electron_volt / si.angstrom**3)  # in eV/Å³

@@ -18,8 +18,8 @@ from atomistic.inputs.crystal import CrystalTable
 from atomistic.lammps.session import Cell
 from atomistic.response import bulk
 from atomistic.response.bulk import at_rest, model_below, slab_of_table
-from continuum.model.anisotropic import anisotropic_contact_modulus
 from continuum.model.fourier import Real
+from continuum.model.substrates.crystal import anisotropic_contact_modulus
 
 ANGLES = np.linspace(0, np.pi, 91)[:-1]
 

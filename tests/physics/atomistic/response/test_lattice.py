@@ -6,9 +6,9 @@ from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.response.force_constants import ForceConstants, spring_force_constants
 from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of
-from continuum.model.anisotropic import directional_contact_modulus
 from continuum.model.grid import Grid
 from continuum.model.substrates import TabulatedSubstrate
+from continuum.model.substrates.crystal import directional_contact_modulus
 
 SPRINGS = Springs()
 

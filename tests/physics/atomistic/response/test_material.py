@@ -16,7 +16,7 @@ from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from atomistic.response.material import measure_crystal, model_of
 from continuum.inputs.units import GPA_PER_EV_PER_A3
-from continuum.model.anisotropic import CubicConstants
+from continuum.model.substrates.crystal import CubicConstants
 
 
 def eam(name: str, element: str | None = None) -> EmbeddedAtom:

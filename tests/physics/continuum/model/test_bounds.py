@@ -11,11 +11,10 @@ import pytest
 
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.keys import LARGEST_N, SMALLEST
-from continuum.model.anisotropic import CubicConstants
 from continuum.model.grid import Grid, GridTable
 from continuum.model.substrates import CubicLayer, LayeredHalfSpace, TabulatedSubstrate
-from continuum.model.substrates.layer import Layer
-from continuum.model.substrates.layered_half_space import Film
+from continuum.model.substrates.crystal import CubicConstants
+from continuum.model.substrates.isotropic import Film, Layer
 from continuum.model.surface import Counterface, SelfAffine
 from continuum.model.surfaces import CylinderSurface, PunchSurface, SelfAffineSurface, SineSurface, sine, sphere
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from continuum.inputs.arguments import ArgumentError
-from continuum.model.anisotropic import CubicConstants
 from continuum.model.grid import Grid
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, MeanMode, Response, TabulatedSubstrate
+from continuum.model.substrates.crystal import CubicConstants
 
 
 def bonded_layer(q: float, depth: float, nu: float) -> float:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from continuum.model.anisotropic import (
+from continuum.model.substrates.crystal import (
     LEAST_COMPRESSIBLE,
     CubicConstants,
     HexagonalConstants,

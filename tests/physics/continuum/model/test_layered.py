@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import continuum as c
 from continuum.inputs.arguments import ArgumentError
-from continuum.model.substrates.layered_half_space import Solid, layered_stiffness
+from continuum.model.substrates.isotropic import Solid, layered_stiffness
 
 QH = np.logspace(-8, 4, 97)
 Stack = list[tuple[float, Solid]]

@@ -11,7 +11,7 @@ import scipy
 from continuum.measure.contact import area_by_lines
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates.half_space import HalfSpace
+from continuum.model.substrates.isotropic import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls.attraction import attraction_on_core
 from continuum.path.threshold import press_without_adhesion

@@ -15,7 +15,7 @@ from continuum.front.cli import main
 from continuum.maps.map import Topography, TopographyError
 from continuum.maps.mending import cut_off
 from continuum.maps.roughness import roughness_of
-from continuum.maps.verdict.continuation import continuation_of, sharpest_wave
+from continuum.maps.verdict.extrapolation import continuation_of, sharpest_wave
 from continuum.maps.verdict.materials import Interface
 from continuum.maps.verdict.prediction import PredictionNumbers, prediction_of, unmeasured_shift
 from continuum.model.grid import Grid

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from continuum.maps.map import Topography
+from continuum.maps.verdict.extrapolation import FLOOR, Blocks
 from continuum.maps.verdict.materials import Interface
 from continuum.maps.verdict.prediction import PredictionNumbers, prediction_of
-from continuum.maps.verdict.sampling import FLOOR, Blocks
 from continuum.maps.verdict.threshold import MapThreshold, PressedMap, press_map
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
