@@ -12,7 +12,7 @@ from ase.calculators.calculator import Calculator, all_changes
 from ase.constraints import FixAtoms
 from numpy.typing import ArrayLike, NDArray
 
-from atomistic.crystal.exposed import exposed, layer_depth
+from atomistic.crystal.crystal import exposed, layer_depth
 from atomistic.crystal.faces import spacing_of
 from atomistic.lammps.law import law_of_atoms
 from atomistic.lammps.shape import Shape, shape_of

@@ -50,8 +50,7 @@ from numpy.typing import NDArray
 from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.faces import CrystalCell
 from atomistic.crystal.interatomic import LennardJones, OfCube, Springs
-from atomistic.crystal.pair_style import PairStyle
-from atomistic.crystal.potentials import EmbeddedAtom
+from atomistic.crystal.potentials import EmbeddedAtom, PairStyle
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.units import Units
 from continuum.model.fourier import Real

@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from atomistic.front import doctor as examination
 from atomistic.front import functions as front
 from atomistic.front import validation
 from atomistic.inputs.crystal import ElasticConfig
@@ -150,9 +149,9 @@ def elastic(
     return report(lines=[f"figure   {figure}" for figure in found.plot(output, Path(file).stem)])
 
 
-@like(examination.doctor)
+@like(front.doctor)
 def doctor() -> int:
-    return diagnosed(examination.doctor())
+    return diagnosed(front.doctor())
 
 
 @like(template)

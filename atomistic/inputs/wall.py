@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple, cast, get_args
 import numpy as np
 from pydantic import ConfigDict
 
-from atomistic.crystal.exposed import exposed, layer_depth
+from atomistic.crystal.crystal import exposed, layer_depth
 from atomistic.crystal.faces import read_atoms, spacing_of
 from atomistic.inputs.deck import topography_of
 from atomistic.lammps.include import DEEP, UnitStyle, WallInclude

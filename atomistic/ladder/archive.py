@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from atomistic.inputs.validate import ValidateConfig
-from atomistic.ladder.checks import LadderCheck
+from atomistic.ladder.budget import LadderCheck
 from atomistic.ladder.comparison import GEOMETRY, LAYERS, STEPS, PathResult, ValidatedState
 from atomistic.ladder.rungs import RUNGS, Rung, RungName, kinds_of
 from continuum.model.walls import LennardJonesSpline

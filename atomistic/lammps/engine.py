@@ -3,6 +3,11 @@
 A deck runs in three ways with one result: in this process (:func:`run_in_process`), by the ``lmp`` of the
 wheel, serial or under its ``mpiexec``, or by the command of a site (:func:`run_command`).  All leave the same
 files, which :func:`atomistic.lammps.result.read_result` reads.  :mod:`atomistic.lammps.session` keeps one LAMMPS open.
+
+A process of ``mpiexec -n 4 python script.py`` inherits variables by which MPI in it, or in an ``lmp`` that it starts,
+joins the others and waits for them; another MPI than the launcher's ends the process.  Without these variables it is
+alone (a singleton), see :func:`alone`.  What chooses where and how programs run stays: the allocation of a queue, and
+settings of users.
 """
 
 import contextlib
@@ -17,12 +22,12 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from atomistic.lammps.alone import alone, outside_world
 from atomistic.lammps.directory import finished_steps, hold, remove_outputs
 from atomistic.lammps.result import (
     DeckDescription,
@@ -35,6 +40,37 @@ from atomistic.lammps.result import (
     tail,
 )
 from continuum.inputs.arguments import ArgumentError, instance
+
+_WORLD = re.compile(
+    # MPICH's Hydra and those made from it; the plugins pmi2 and cray_shasta of SLURM; PALS and ALPS of Cray.
+    r"PMI2?_\w+|HYDI_\w+|HYDRA_BSTRAP_\w+|MPI_LOCALN?RANK\w+|MPIR_RANK|PALS_\w+|ALPS_APP_\w+|MV2_COMM_\w+|MPISPAWN_\w+"
+    # PMIx, of SLURM, Open MPI and PRRTE: not where it is installed, nor settings of its components.
+    r"|PMIX_(?!MCA_|PREFIX|INSTALL_PREFIX)\w+|PRTE_LAUNCHED"
+    # Open MPI: not OMPI_MCA_btl and other settings.
+    r"|OMPI_(?:COMM_WORLD|WORLD|UNIVERSE|APP_CTX|NUM_APP|FIRST_RANKS|FILE_LOCATION|PARENT)\w*|OMPI_(?:ARGV|COMMAND)"
+    r"|OMPI_MCA_(?:orte_\w+|ess\w*|pmix|initial_wdir|num_procs)|ORTE_SCHIZO_DETECTION"
+    # SLURM's libpmi and Open MPI 4 take these for a world.  srun asks others, as SLURM_NTASKS.
+    r"|SLURM_(?:STEP_?ID|STEP_NUM_TASKS|PROCID|NPROCS|GTIDS|PMI2_\w+|PMIX_MAPPING_SERV|PMIXP_\w+)"
+    # jsrun, Flux and LSF.
+    r"|JSM_\w+|FLUX_(?:JOB_ID|JOB_SIZE|JOB_NNODES|TASK_RANK|PMI_LIBRARY_PATH)|LSF_PM_\w+"
+)
+
+
+def alone(environment: Mapping[str, str]) -> dict[str, str]:
+    """The variables of a process without those that make it one of an MPI world."""
+    return {name: value for name, value in environment.items() if not _WORLD.fullmatch(name)}
+
+
+@contextmanager
+def outside_world() -> Iterator[None]:
+    """Run what initialises MPI in this process without those variables, which are there again afterwards."""
+    hidden = os.environ.keys() - alone(os.environ).keys()
+    before = {name: os.environ.pop(name) for name in hidden}
+    try:
+        yield
+    finally:
+        os.environ |= before
+
 
 Progress = Callable[[int, int], None]
 """Called with the number of finished steps or runs, and of all."""

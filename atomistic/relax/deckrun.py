@@ -22,7 +22,7 @@ from atomistic.lammps.result import (
     read_description,
     read_result,
 )
-from atomistic.relax.windows import EnergyBalance, WindowMean, errors_of_one_state
+from atomistic.lammps.trace import EnergyBalance, WindowMean, errors_of_one_state
 from continuum.inputs.arguments import choice, field_of
 from continuum.measure.contact import Totals, contact_map, quantity, shared
 from continuum.model.fourier import Real

@@ -15,9 +15,8 @@ from atomistic.crystal.crystal import AnySlab, Slab, distortion
 from atomistic.crystal.model import AnyCrystalModel, AnyModel, Potential, check_model
 from atomistic.crystal.potentials import comes_with_lammps
 from atomistic.inputs.crystal import CrystalTable, DeckSolverTable, ElasticConfig
-from atomistic.inputs.deck import DeckConfig, TopographySurface
+from atomistic.inputs.deck import QUANTITIES, DeckConfig, TopographySurface, in_reduced, with_units
 from atomistic.inputs.motion import HOTTEST, Steps, thermal_energy
-from atomistic.inputs.quantities import QUANTITIES, in_reduced, with_units
 from atomistic.lammps.crystal_wall import OWN, CrystalWall, WallCrystal, crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress

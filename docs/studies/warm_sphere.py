@@ -19,7 +19,7 @@ import numpy as np
 import atomistic as a
 import continuum as c
 from atomistic.front.functions import DeckRun
-from atomistic.relax.windows import WindowMean
+from atomistic.lammps.trace import WindowMean
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import TabulatedSubstrate
 from continuum.model.walls import Wall

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import atomistic as a
 import continuum as c
 from atomistic.front.cli import main
-from atomistic.inputs.quantities import QUANTITIES, in_both, in_reduced, with_units
+from atomistic.inputs.deck import QUANTITIES, in_both, in_reduced, with_units
 from atomistic.lammps.protocol import Motion, time_unit
 from atomistic.relax.decks import deck_input
 from continuum.inputs.toml import ConfigError

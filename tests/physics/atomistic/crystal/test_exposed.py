@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from ase import Atoms
 
-from atomistic.crystal.exposed import exposed
+from atomistic.crystal.crystal import exposed
 from atomistic.crystal.faces import cell_of, spacing_of
 from continuum.inputs.arguments import ArgumentError
 

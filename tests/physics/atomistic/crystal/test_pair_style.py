@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 import atomistic as a
 import continuum as c
 from atomistic.crystal.model import Potential
-from atomistic.crystal.pair_style import PairStyle
-from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
+from atomistic.crystal.potentials import EmbeddedAtom, PairStyle, PotentialError, find_potential
 from atomistic.inputs.crystal import ElasticConfig
 from atomistic.lammps.deck import Deck, render
 from atomistic.lammps.result import DeckStatus

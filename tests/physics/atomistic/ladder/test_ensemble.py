@@ -10,7 +10,7 @@ import pytest
 
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import budget, ensemble
-from atomistic.ladder.checks import LadderCheck
+from atomistic.ladder.budget import LadderCheck
 from atomistic.ladder.ensemble import RARE, Row, carried_bounds, limit, untested
 from continuum.inputs.reading import load
 from tests.problems import validation_input

@@ -12,7 +12,7 @@ import pytest
 from atomistic.crystal.interatomic import Springs
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import archive, budget, comparison, rungs
-from atomistic.ladder.checks import checks_of
+from atomistic.ladder.budget import checks_of
 from atomistic.ladder.comparison import compare_on_path, paths_of
 from atomistic.lammps import law
 from atomistic.lammps.deck import Deck

@@ -22,7 +22,7 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.front.cli import main
 from atomistic.inputs.validate import ValidateConfig
 from atomistic.ladder import archive, budget, comparison
-from atomistic.ladder.checks import checks_of
+from atomistic.ladder.budget import checks_of
 from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, compare_on_path, paths_of
 from atomistic.ladder.rungs import (
     CONTINUUM_RUNGS,

@@ -13,9 +13,8 @@ import pytest
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import engine
-from atomistic.lammps.alone import alone, outside_world
 from atomistic.lammps.deck import Deck, write_deck
-from atomistic.lammps.engine import script
+from atomistic.lammps.engine import alone, outside_world, script
 from atomistic.lammps.result import LammpsError
 from continuum.model.walls import LennardJonesSpline
 

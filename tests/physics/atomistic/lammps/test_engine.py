@@ -9,7 +9,7 @@ import pytest
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.front import doctor as examination
+from atomistic.front import functions as examination
 from atomistic.front.cli import main
 from atomistic.lammps import engine
 from atomistic.lammps.deck import Deck, write_deck

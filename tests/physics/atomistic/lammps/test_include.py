@@ -16,7 +16,7 @@ import atomistic as a
 import continuum as c
 from atomistic.front.cli import main
 from atomistic.inputs.deck import DeckConfig
-from atomistic.lammps.alone import alone
+from atomistic.lammps.engine import alone
 from atomistic.lammps.include import WallInclude, _names_in
 from continuum.inputs.reading import parsed, source_of
 from continuum.inputs.units import ANGSTROM, GPA_PER_EV_PER_A3

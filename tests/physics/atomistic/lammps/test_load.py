@@ -18,7 +18,7 @@ from atomistic.lammps.directory import finished_steps
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.protocol import Motion, impedance, swing
 from atomistic.lammps.result import read_result
-from atomistic.relax.windows import WindowMean
+from atomistic.lammps.trace import WindowMean
 from continuum.inputs.errors import StickinessError
 from continuum.inputs.units import Units
 from tests.problems import lmp

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from atomistic.lammps.protocol import BLOCKS
-from atomistic.relax.windows import RARE, WindowMean, correlated_error, errors_of_one_state
+from atomistic.lammps.trace import RARE, WindowMean, correlated_error, errors_of_one_state
 from tests.problems import autoregressive
 
 SERIES, FEWER = 1500, 400

@@ -12,8 +12,7 @@ from scipy.optimize import brentq
 from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.model import ContactModulus, Crystal, CrystalModel
-from atomistic.crystal.pair_style import PairStyle
-from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
+from atomistic.crystal.potentials import EmbeddedAtom, PairStyle, PotentialError, find_potential
 from atomistic.response.material import measure_crystal, model_of
 from continuum.inputs.units import GPA_PER_EV_PER_A3
 from continuum.model.substrates.crystal import CubicConstants
