@@ -12,7 +12,7 @@ import pytest
 import continuum as c
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import HalfSpace
+from continuum.model.substrates import HalfSpace, NonPeriodicHalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.surfaces import sine
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
@@ -78,6 +78,20 @@ def test_a_large_area_of_a_wall_that_yields_lies_below_its_hardness() -> None:
         found = solve(problem, "repulsive-area", target, SETTINGS, search=Search(0.05)).require()
         assert found.load < 0.08
         assert abs(found.area_rep - target) <= 0.05 * (1 - target) * (1 + 1e-9)
+
+
+def test_a_trial_where_nothing_is_repeated_is_one_solve(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In stretches it would begin anew from the gap of a window that is no equilibrium, and not end: here with 5."""
+    monkeypatch.setattr("continuum.path.equilibrium.STRETCH", 5)
+    grid = Grid.square(64)
+    heights = SelfAffine(0.5, 0.3, 4, 32).synthesise(grid, np.random.default_rng(1))
+    problem = ContactProblem(grid, Exponential(0.006, 0.3, 5.0), heights, NonPeriodicHalfSpace())
+    found = solve(problem, "repulsive-area", 0.8, SETTINGS).require()
+    alone = equilibrium(problem, "separation", found.separation, SETTINGS).require()
+    assert found.area_rep == pytest.approx(alone.area_rep, abs=1.5 / grid.size)
+    assert found.solution.iterations > 5
+    # Seen: 2.7.
+    assert pairs(found) <= 3.5 * alone.solution.fft_pairs
 
 
 def test_a_jump_on_a_line_costs_some_times_its_far_end() -> None:
