@@ -32,7 +32,7 @@ from atomistic.lammps.engine import Progress
 from atomistic.lammps.protocol import LOAD_TOLERANCE
 from atomistic.lammps.result import LARGEST_DISTORTION
 from atomistic.lammps.session import Cell, LammpsHandle, Session
-from atomistic.lammps.shape import HeightSpline, WallHeight, map_of
+from atomistic.lammps.shape import HeightSpline, WallHeight, heights_of_shape
 from atomistic.relax.relax import iterate
 from atomistic.relax.specimen import Specimen
 from continuum.inputs.arguments import ArgumentError
@@ -188,7 +188,7 @@ def _smooth(deck: Deck, rest: Atoms, crystal: Calculator) -> _Act:
     else:
         shape = deck.shape
         if deck.wall_force == "plugin":  # which has a map of the shape
-            heights = map_of(shape, slab.grid)
+            heights = heights_of_shape(shape, slab.grid)
             x, y = (length / n for length, n in zip(slab.grid.lengths, heights.shape, strict=True))
             shape = HeightSpline(heights, (x, y))
         profile.evaluate = shape.evaluate

@@ -161,7 +161,7 @@ def _compare_all(
 ) -> list[Mapping[str, Dataset]]:
     """Compare all paths, each into its own file in a folder, and read these.  Paths with a file are done."""
     paths = {folder(parts) / each.file_name: each for each in paths_of(config)}
-    work = partial(_compared, config, {path.name: each for path, each in paths.items()}, decks, lmp_command)
+    compare_path = partial(_compared, config, {path.name: each for path, each in paths.items()}, decks, lmp_command)
 
     def is_done(task: Task) -> bool:
         try:
@@ -172,7 +172,7 @@ def _compare_all(
 
     done, failed = 0, list[TaskResult]()
     tasks = [Task(path, each.label) for path, each in paths.items()]
-    with closing(run_tasks(tasks, work, is_done, workers=min(workers, len(tasks)))) as ended:
+    with closing(run_tasks(tasks, compare_path, is_done, workers=min(workers, len(tasks)))) as ended:
         for one in ended:
             if isinstance(one.error, NoJumpError):
                 raise refuse(config, Fault(("case",), str(one.error), "jump = true for a weak or rough wall"))

@@ -20,7 +20,7 @@ from atomistic.lammps.deck import least_version, wall_lines
 from atomistic.lammps.language import filled, formatted, read_template, vocabulary
 from atomistic.lammps.law import NO_CORE, TOLERANCE, law_of_atoms, native_law, wall_table
 from atomistic.lammps.protocol import BOLTZMANN, SAMPLED
-from atomistic.lammps.shape import Shape, map_of
+from atomistic.lammps.shape import Shape, heights_of_shape
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.errors import OutputError
 from continuum.inputs.units import GPA_PER_EV_PER_A3, Units, per_area, unit_size
@@ -113,7 +113,7 @@ class WallInclude:
     @property
     def lowest(self) -> float:
         """Lowest height of the wall, in a0, at the points of its map."""
-        return float(map_of(self.shape, self.grid).min())
+        return float(heights_of_shape(self.shape, self.grid).min())
 
     @property
     def reach(self) -> float:
@@ -125,7 +125,7 @@ class WallInclude:
         """Period, heights and law of the wall in real units, in one line."""
         real = Units.metal(self.a0, self.contact_modulus)
         lx, ly = (self.a0 * length for length in self.period)
-        rise = self.a0 * float(np.ptp(map_of(self.shape, self.grid)))
+        rise = self.a0 * float(np.ptp(heights_of_shape(self.shape, self.grid)))
         work, reach = per_area(self.wall.work_of_adhesion, real), self.a0 * (self.reach - self.wall.zero_gap)
         return f"{lx:.4g} x {ly:.4g} Å, {rise:.3g} Å high, {work}, reaches {reach:.3g} Å beyond {self.a0:.4g} Å"
 
@@ -191,7 +191,7 @@ class WallInclude:
             of_axis = values | {"axis": axis, "weight": weight, "push": push}
             of_axis["drag"] = filled(read_template(f"include.{drag}"), of_axis).rstrip()
             found[f"in.drive.{axis}"] = filled(read_template("include.axis"), of_axis)
-        profile = map_of(self.shape, self.grid)
+        profile = heights_of_shape(self.shape, self.grid)
         if self.wall_force == "formulas":
             found[SHAPE] = "\n".join(self.shape.lines()) + "\n"
         names = set().union(*map(_names_in, found.values()))

@@ -20,7 +20,7 @@ import numpy as np
 import scipy
 
 from atomistic.lammps.language import formatted
-from atomistic.lammps.shape import Shape, map_of
+from atomistic.lammps.shape import Shape, heights_of_shape
 from continuum.inputs.errors import InputError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -124,7 +124,7 @@ def wall_map(wall: Wall, shape: Shape | None, grid: Grid) -> str:
     shape : None for a wall of the lattice site, whose heights stand in ``wall.heights``: then the map is not used.
     grid : of the map.
     """
-    heights = np.zeros((1, 1)) if shape is None else map_of(shape, grid)
+    heights = np.zeros((1, 1)) if shape is None else heights_of_shape(shape, grid)
     nx, ny = heights.shape
     law = pieces_of_law(wall)
     beyond = float(wall.evaluate(law.x[-1:]).energy[0])

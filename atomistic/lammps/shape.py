@@ -308,7 +308,7 @@ def shape_of_surface(surface: Surface, heights: Real, period: tuple[float, float
     return shape_of(heights, period) if formula is None else formula(surface, period)
 
 
-def map_of(shape: Shape, grid: Grid) -> Real:
+def heights_of_shape(shape: Shape, grid: Grid) -> Real:
     """Heights of a wall at equidistant points over the period; its own points if it is an array."""
     if isinstance(shape, HeightSpline):
         return shape.heights
@@ -320,7 +320,7 @@ def map_of(shape: Shape, grid: Grid) -> Real:
 def map_error(shape: Shape, grid: Grid) -> tuple[float, float]:
     """Largest difference of heights, in a0, and of slopes, of the map of a formula from it, in the middles of cells."""
     step_x, step_y = (step / _POINTS_PER_SPACING for step in grid.spacing)
-    spline = HeightSpline(map_of(shape, grid), (step_x, step_y))
+    spline = HeightSpline(heights_of_shape(shape, grid), (step_x, step_y))
     x, y = np.meshgrid(*(np.arange(n * _POINTS_PER_SPACING) + 0.5 for n in grid.shape), indexing="ij")
     at = x * step_x, y * step_y
     by_height, *by_slope = (

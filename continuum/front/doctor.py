@@ -96,10 +96,10 @@ def _of_continuum() -> Iterator[Diagnosis]:
     )  # fmt: skip
 
 
-def works(name: str, work: Callable[[], str], remedy: str, needed: bool = True) -> Diagnosis:
+def works(name: str, attempt: Callable[[], str], remedy: str, needed: bool = True) -> Diagnosis:
     """Try something that returns what was found; whatever it raises is a problem."""
     try:
-        return Diagnosis(name, work())
+        return Diagnosis(name, attempt())
     except Exception as error:
         return Diagnosis(name, "does NOT work", f"{type(error).__name__}: {error}", remedy, needed)
 

@@ -199,23 +199,23 @@ def as_options(message: str, known: Container[str]) -> str:
 
 
 def like(
-    work: Callable[..., object], hint: str = "", help: Mapping[str, str] | None = None, draws: str = ""
+    function: Callable[..., object], hint: str = "", help: Mapping[str, str] | None = None, draws: str = ""
 ) -> Callable[[Command], Command]:
-    """Make a command of a function: it takes the arguments of ``work``, and those that it names itself.
+    """Make a command of a function: it takes the arguments of ``function``, and those that it names itself.
 
     An argument that the command names keeps its type and default; the others arrive in ``**given``, if they were given.
-    Functions, mappings and the like do not become options.  Help texts come from the docstring of ``work``.
+    Functions, mappings and the like do not become options.  Help texts come from the docstring of ``function``.
 
     Parameters
     ----------
-    work : a function with a docstring in NumPy's style.
+    function : a function with a docstring in NumPy's style.
     hint : text after the message of an unexpected error.
     help : help texts of arguments that are described elsewhere, or otherwise than in Python.
     draws : help of ``--format``, of a command that draws figures.
     """
 
     def made(command: Command) -> Command:
-        signature = _signature(work, command, arguments_of(work) | dict(help or {}), draws)
+        signature = _signature(function, command, arguments_of(function) | dict(help or {}), draws)
         own = inspect.signature(command)
 
         @wraps(command)
@@ -239,7 +239,7 @@ def like(
             return exit_code(ready, hint, voice, partial(as_options, known=known))
 
         vars(called)["__signature__"] = signature
-        called.__doc__ = command.__doc__ or inspect.cleandoc(work.__doc__ or "").partition("\n\nParameters")[0]
+        called.__doc__ = command.__doc__ or inspect.cleandoc(function.__doc__ or "").partition("\n\nParameters")[0]
         called.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
         return called
 
@@ -247,11 +247,11 @@ def like(
 
 
 def _signature(
-    work: Callable[..., object], command: Command, texts: Mapping[str, str], draws: str
+    function: Callable[..., object], command: Command, texts: Mapping[str, str], draws: str
 ) -> inspect.Signature:
     own, hints = inspect.signature(command).parameters, get_type_hints(command, include_extras=True)
-    types = {name: _option(name, of) for name, of in get_type_hints(work).items()} | hints
-    others = inspect.signature(work).parameters if "given" in own else {}
+    types = {name: _option(name, of) for name, of in get_type_hints(function).items()} | hints
+    others = inspect.signature(function).parameters if "given" in own else {}
     found = list[inspect.Parameter]()
     for name, parameter in {**others, **own}.items():
         if (of := types[name]) is None or parameter.kind is parameter.VAR_KEYWORD:
@@ -287,9 +287,9 @@ def _option(name: str, annotation: Any) -> Any:
     return found | None if found is not None and (type(None) in types or found in lists) else found
 
 
-def arguments_of(work: Callable[..., object]) -> dict[str, str]:
+def arguments_of(function: Callable[..., object]) -> dict[str, str]:
     """The descriptions of the arguments in the docstring of a function, as plain text, but for what only Python has."""
-    text = inspect.cleandoc(work.__doc__ or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
+    text = inspect.cleandoc(function.__doc__ or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
     found = dict[str, str]()
     for names, said in re.findall(r"^(\w[\w, ]*) : (.*(?:\n .*)*)", text, re.MULTILINE):
         of_command = " ".join(said.split()).partition("; in Python ")[0]

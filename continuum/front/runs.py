@@ -17,8 +17,7 @@ from continuum.inputs.arguments import ArgumentError, file_name, flag, function,
 from continuum.inputs.reading import InputFile, load, settings_of, source_of
 from continuum.store.identity import identity
 from continuum.store.runs.build import RunSetup, build
-from continuum.store.runs.config import RunConfig
-from continuum.store.runs.cost import Cost, Share, cost_of
+from continuum.store.runs.config import Cost, RunConfig, Share, cost_of
 from continuum.store.runs.record import Point
 from continuum.store.runs.result import Analysis, Result
 from continuum.store.runs.run import Progress, follow_run
@@ -26,7 +25,7 @@ from continuum.store.sheet import Column, Sheet
 from continuum.store.sweeps.axes import Sweep
 from continuum.store.sweeps.cluster import Allocation
 from continuum.store.sweeps.folder import Folder, names
-from continuum.store.sweeps.status import Span, SystemTime, expected, timed_systems, work_of
+from continuum.store.sweeps.status import Span, SystemTime, effort_of, expected, timed_systems
 
 NOT_MEASURED = "not measured"
 _SHORT = 20.0
@@ -56,7 +55,7 @@ def costs_of(described: Sweep) -> list[SystemCost]:
     if described.bisection is not None:
         ends = zip(found[::2], found[1::2], strict=True)
         between = described.bisection.halvings
-        found += [replace(max(two, key=lambda end: end.cost.work), key="") for two in ends for _ in range(between)]
+        found += [replace(max(two, key=lambda end: end.cost.effort), key="") for two in ends for _ in range(between)]
     return found
 
 
@@ -114,7 +113,7 @@ def _times(systems: Sequence[SystemCost], *, measure: bool) -> list[tuple[str, s
     if not measure:
         return [("time", NOT_MEASURED, "--measure solves the cheapest system")]
     one = _measured(systems)
-    span = expected([one], work_of((each.kind, each.cost.work) for each in systems), scaled=True)
+    span = expected([one], effort_of((each.kind, each.cost.effort) for each in systems), scaled=True)
     return [
         ("the cheapest system took", f"{one.seconds:.2g}", "s"),
         ("all of them, on one core", f"{span}", "by that one"),
@@ -124,8 +123,8 @@ def _times(systems: Sequence[SystemCost], *, measure: bool) -> list[tuple[str, s
 def _measured(systems: Sequence[SystemCost]) -> SystemTime:
     # A small grid would tell the time of everything but the transforms.
     largest = max(one.cost.size for one in systems)
-    cheapest = min((one for one in systems if one.cost.size >= min(_TELLING, largest)), key=lambda one: one.cost.work)
-    return SystemTime(cheapest.kind, cheapest.cost.work, seconds_of(cheapest.config))
+    cheapest = min((one for one in systems if one.cost.size >= min(_TELLING, largest)), key=lambda one: one.cost.effort)
+    return SystemTime(cheapest.kind, cheapest.cost.effort, seconds_of(cheapest.config))
 
 
 def core_hours(systems: Sequence[SystemCost], root: Path, allocation: Allocation, *, measure: bool) -> tuple[str, str]:
@@ -135,8 +134,8 @@ def core_hours(systems: Sequence[SystemCost], root: Path, allocation: Allocation
     """
     span, done = _by_the_folder(systems, root), "the systems that are done"
     if span is None and measure:
-        work = work_of((one.kind, one.cost.work) for one in systems)
-        span, done = expected([_measured(systems)], work, scaled=True), "the cheapest system"
+        effort = effort_of((one.kind, one.cost.effort) for one in systems)
+        span, done = expected([_measured(systems)], effort, scaled=True), "the cheapest system"
     if span is None:
         # Without the name of the folder: whoever named it could add to the script.
         return "Core hours: not known, as no system of each grid is done; --measure solves the cheapest one.", ""
@@ -155,9 +154,9 @@ def _by_the_folder(systems: Sequence[SystemCost], root: Path) -> Span | None:
     there = names(folder.points)
     named = {folder.stem(one.key): one for one in systems if one.key}
     ended = {name: (folder.points / f"{name}.h5").stat().st_mtime for name in there & named.keys()}
-    done = {name: (named[name].kind, named[name].cost.work) for name in ended}
-    left = ((one.kind, one.cost.work) for one in systems if not one.key or folder.stem(one.key) not in there)
-    return expected(timed_systems(folder, done, ended), work_of(left))
+    done = {name: (named[name].kind, named[name].cost.effort) for name in ended}
+    left = ((one.kind, one.cost.effort) for one in systems if not one.key or folder.stem(one.key) not in there)
+    return expected(timed_systems(folder, done, ended), effort_of(left))
 
 
 def _hours(seconds: float) -> str:

@@ -15,7 +15,7 @@ from continuum.inputs.errors import OK, InputError
 from continuum.show.console import clear, on_a_bar, progress, report, tell, until_ctrl_c, warn
 from continuum.store.sweeps import collect as collecting
 from continuum.store.sweeps import status
-from continuum.store.sweeps.status import Span, SystemTime, expected, work_of
+from continuum.store.sweeps.status import Span, SystemTime, effort_of, expected
 from continuum.store.sweeps.workers import Task, TaskResult
 
 _OFTEN = 30.0
@@ -73,7 +73,7 @@ class SweepProgress(ExitStack):
     def _span(self) -> Span | None:
         """Time for what is left in one process; None if it is not known yet."""
         left = ((task.kind, task.cost * (1 - self._shares.get(path, 0.0))) for path, task in self._left.items())
-        return expected(self._ended, work_of(left))
+        return expected(self._ended, effort_of(left))
 
     def _time_left(self) -> str:
         span = self._span()

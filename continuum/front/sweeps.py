@@ -27,7 +27,7 @@ from continuum.store.datasets import Dataset
 from continuum.store.granted import granted_memory
 from continuum.store.output import LockedError, folder, remove_stale, save, whole
 from continuum.store.provenance import provenance
-from continuum.store.runs.cost import memory_on_device
+from continuum.store.runs.config import memory_on_device
 from continuum.store.sheet import write_csv
 from continuum.store.sweeps.axes import Sweep
 from continuum.store.sweeps.cluster import Allocation, SweepTask, slurm_script

@@ -24,7 +24,7 @@ from continuum.model.fourier import Real
 from continuum.store import datasets as store
 from continuum.store.sweeps.folder import Folder
 from continuum.store.sweeps.listing import systems_of
-from continuum.store.sweeps.status import SystemTime, expected, range_factor, work_of
+from continuum.store.sweeps.status import SystemTime, effort_of, expected, range_factor
 from continuum.store.sweeps.workers import TaskResult
 
 __all__ = ["KEPT", "main"]
@@ -91,7 +91,7 @@ def told_row(name: str, by: str, ended: list[SystemTime]) -> tuple[str, ...]:
     """The first range that is told and all later ones, each against what the other systems took."""
     judged = list[tuple[float, float, float]]()
     for i in range(1, len(ended)):
-        span = expected(ended[:i], work_of((one.kind, one.work) for one in ended[i:]))
+        span = expected(ended[:i], effort_of((one.kind, one.effort) for one in ended[i:]))
         if span is not None:
             rest = math.fsum(one.seconds for one in ended[i:])
             judged.append((span.low / rest, span.high / rest, float(span.low <= rest <= span.high)))

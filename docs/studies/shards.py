@@ -10,7 +10,7 @@ from typing import NamedTuple
 from pandas import read_csv
 
 from continuum.solve.backend import SMOOTH_FIELDS
-from continuum.store.runs.cost import Share
+from continuum.store.runs.config import Share
 from continuum.store.sheet import Column, Sheet
 from docs.studies.tables import KEPT, keep
 

@@ -32,7 +32,7 @@ from continuum.model.problem import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.paper.figures import FIGURES
 from continuum.store.provenance import Citation
-from continuum.store.runs import cost
+from continuum.store.runs.config import UNDER_A_HARD_WALL, UNDER_A_LAW
 from docs import certificate
 from docs.studies.map_of_the_tutorial import HEAD, MAP, heights
 
@@ -198,7 +198,7 @@ def test_the_numbers_of_the_limits_are_those_of_the_code() -> None:
         f"slopes above {SMALL_SLOPE:g} (a warning), above {LARGEST_SLOPE:g} (refused)",
         f"waves of fewer than {POINTS} points",
         f"{LARGEST_N} points along a side",
-        f"estimates assume {cost.UNDER_A_LAW} and {cost.UNDER_A_HARD_WALL}",
+        f"estimates assume {UNDER_A_LAW} and {UNDER_A_HARD_WALL}",
     ):
         assert said in PAGES["docs/limits.md"], said
 

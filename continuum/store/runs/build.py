@@ -15,8 +15,7 @@ from continuum.model.shared_grid import Company, SharedGrid
 from continuum.model.surface import Moments
 from continuum.solve.solution import Settings
 from continuum.store.granted import granted_memory
-from continuum.store.runs.config import RunConfig
-from continuum.store.runs.cost import cost_of
+from continuum.store.runs.config import RunConfig, cost_of
 
 _Made = TypeVar("_Made")
 _STEP = 0.1  # part of the range; steps of a fifth moved 2 of 20 states by up to a third (docs/studies/paths.md)

@@ -33,9 +33,9 @@ class Folder:
         self.description = root / "sweep.toml"
         self.listing = root / "systems.json"
         self.points = root / "points"
-        self.work = root / "work"
+        self.running = root / "work"
         self.failed = root / "failed"
-        self.folders = self.points, self.work, self.failed
+        self.folders = self.points, self.running, self.failed
         self.tables = root / "table.csv", root / "table.h5"  # of all points, as text and for xarray
         self.kept = root / ".kept.h5"  # what the tables were made of
         self.searches = root / "searches"
@@ -59,7 +59,7 @@ class Folder:
 
     def death(self, key: str) -> Path:
         """File that records the death of a process at an unfinished system."""
-        return self.work / f"{key[:_DIGITS]}.died"
+        return self.running / f"{key[:_DIGITS]}.died"
 
     def search(self, name: str) -> Path:
         return self.searches / f"{name[:_DIGITS]}.json"
@@ -82,7 +82,7 @@ class Folder:
     @property
     def begun(self) -> bool:
         """Whether there are results, or processes may be running."""
-        return bool(names(self.points) or names(self.work))
+        return bool(names(self.points) or names(self.running))
 
     def require_free_of_others(self) -> None:
         """Check that the folder has no files with names of a sweep that no sweep has written.

@@ -1,6 +1,6 @@
 """Progress of a sweep, from its files alone, and how long its systems take, by those that have ended.
 
-Systems on one grid are compared by their work, states times points of the grid.  They are run in the random order of
+Systems on one grid are compared by their effort, states times points of the grid.  They are run in the random order of
 their identities, so that the first ones are a sample of all.
 """
 
@@ -42,7 +42,7 @@ class SystemTime(NamedTuple):
 
     kind: str
     """Its grid."""
-    work: float
+    effort: float
     """States times points of the grid."""
     seconds: float
     """Wall time."""
@@ -52,7 +52,7 @@ class SystemTime(NamedTuple):
     @property
     def counts(self) -> bool:
         """Whether its time is that of its states."""
-        return self.work > 0 and self.seconds > 0 and (not self.first or self.seconds > _LONG)
+        return self.effort > 0 and self.seconds > 0 and (not self.first or self.seconds > _LONG)
 
 
 class Span(NamedTuple):
@@ -74,16 +74,16 @@ class Span(NamedTuple):
         return f"{value if high.endswith(f' {unit}') else low} to {high}"
 
 
-def work_of(each: Iterable[tuple[str, float]]) -> dict[str, float]:
-    """Work on each grid, of systems with their grids and work."""
+def effort_of(each: Iterable[tuple[str, float]]) -> dict[str, float]:
+    """Effort on each grid, of systems with their grids and efforts."""
     found = defaultdict[str, float](float)
-    for kind, work in each:
-        found[kind] += work
+    for kind, effort in each:
+        found[kind] += effort
     return found
 
 
 def range_factor(rates: Sequence[float]) -> float:
-    """Factor by which the mean time per work of all systems on a grid may differ from that of some of them.
+    """Factor by which the mean time per effort of all systems on a grid may differ from that of some of them.
 
     Two standard errors of its logarithm, by the scatter that was seen, but at least by that of :data:`FACTOR` for one
     (docs/studies/sweeps.md).
@@ -94,13 +94,13 @@ def range_factor(rates: Sequence[float]) -> float:
 
 
 def expected(ended: Iterable[SystemTime], left: Mapping[str, float], *, scaled: bool = False) -> Span | None:
-    """Time in one process for the work that is left on each grid; None if on one of them no system has ended.
+    """Time in one process for the effort that is left on each grid; None if on one of them no system has ended.
 
     Parameters
     ----------
     ended : systems that have ended.
-    left : work on each grid.
-    scaled : whether a grid on which no system has ended is taken to need the time per work of the others, with the
+    left : effort on each grid.
+    scaled : whether a grid on which no system has ended is taken to need the time per effort of the others, with the
         square of the factor.
     """
     seen = defaultdict[str, list[SystemTime]](list)
@@ -109,13 +109,13 @@ def expected(ended: Iterable[SystemTime], left: Mapping[str, float], *, scaled: 
             seen[one.kind].append(one)
     if not (left.keys() <= seen.keys() or (scaled and seen)):
         return None
-    rates = {kind: sum(one.seconds for one in each) / sum(one.work for one in each) for kind, each in seen.items()}
+    rates = {kind: sum(one.seconds for one in each) / sum(one.effort for one in each) for kind, each in seen.items()}
     parts = [Span(0.0, 0.0, 0.0)]
-    for kind, work in left.items():
+    for kind, effort in left.items():
         if kind in seen:
-            seconds, factor = rates[kind] * work, range_factor([one.seconds / one.work for one in seen[kind]])
+            seconds, factor = rates[kind] * effort, range_factor([one.seconds / one.effort for one in seen[kind]])
         else:
-            seconds, factor = max(rates.values()) * work, FACTOR**2
+            seconds, factor = max(rates.values()) * effort, FACTOR**2
         parts.append(Span(seconds, seconds / factor, seconds * factor))
     return Span(*map(sum, zip(*parts, strict=True)))
 
@@ -127,7 +127,7 @@ def timed_systems(
 
     Parameters
     ----------
-    systems : grid and work of each finished system, by the name of its file.
+    systems : grid and effort of each finished system, by the name of its file.
     ended : when each of them ended, by its name.
     """
     by_kind = defaultdict[str, list[str]](list)
@@ -257,14 +257,14 @@ def sweep_status(
     reasons = {name: reason for name in labels if (reason := folder.failure_reason(name))}
     failed = [(labels[name], reason) for name, reason in reasons.items()]
     running = []
-    for mark in sorted(folder.work.glob(".*.lock")):
+    for mark in sorted(folder.running.glob(".*.lock")):
         name = mark.name.removeprefix(".").removesuffix(".lock")
         if not name.endswith(".h5") and output.is_locked(mark):
-            stored = _points_in(folder.work / f"{name}.h5")
+            stored = _points_in(folder.running / f"{name}.h5")
             running.append(f"{costs[name].label if name in costs else name}: {output.holder(mark)}{stored}")
     died = [
         f"{costs[mark.stem].label}: {mark.read_text(encoding='utf-8', errors='replace').strip()}"
-        for mark in sorted(folder.work.glob("*.died"))
+        for mark in sorted(folder.running.glob("*.died"))
         if mark.stem in costs and mark.stem not in done
     ]
     waiting = [(s.kind, s.cost) for name, s in costs.items() if name not in done and name not in reasons]
@@ -281,7 +281,7 @@ def sweep_status(
         tuple(running),
         tuple(failed),
         _rate(done.values(), idle=not running),
-        expected(timed, work_of(waiting)),
+        expected(timed, effort_of(waiting)),
         left,
         len(ended) - len(done),
         tuple(changes),

@@ -18,8 +18,7 @@ from continuum.store import output
 from continuum.store.hdf5 import StoreError, UnreadError
 from continuum.store.identity import former_settings, identity
 from continuum.store.provenance import journal, made_by, provenance
-from continuum.store.runs.config import RunConfig
-from continuum.store.runs.cost import Cost, cost_of
+from continuum.store.runs.config import Cost, RunConfig, cost_of
 from continuum.store.runs.growth import Growth, growths
 from continuum.store.runs.run import follow_run
 from continuum.store.sweeps.axes import Axis, Sweep, System, label_of
@@ -187,8 +186,8 @@ def solve_system(root: Path, task: SystemTask) -> None:
     Raises LockedError if another process works on it, ColumnError if a column of one's own fails.
     """
     folder = Folder(root)
-    working = folder.work / task.path.name
-    with output.reserved(folder.work / task.path.stem):
+    working = folder.running / task.path.name
+    with output.reserved(folder.running / task.path.stem):
         config = task.plan.config
         if identity(config) != task.plan.key:
             raise OutputError(f"{folder.listing}: lists {task.label} as another system; delete it, and run again")
@@ -226,7 +225,7 @@ def _listed(sweep: Sweep, folder: Folder, made_of: str) -> tuple[SweepListing, l
                 made_of = ""
             costs[id(config)] = cost_of(config)
         cost = costs[id(config)]
-        plan = System(plan.key, plan.settings, cost.work, float(cost.memory), plan.source)
+        plan = System(plan.key, plan.settings, cost.effort, float(cost.memory), plan.source)
         tasks.append(_task(folder, sweep, plan))
     axes, search = sweep.axes, sweep.bisection
     if search is not None:

@@ -58,11 +58,11 @@ class Worker:
         self.connection: Connection[Any, Any]
         """Readable when a task has ended, or the process has died."""
 
-    def give(self, work: Job, task: Task) -> None:
+    def give(self, job: Job, task: Task) -> None:
         if self._process is None:
             self._start()
         with suppress(ConnectionError):  # it has died, which is found when the connection is read
-            self.connection.send((work, task))
+            self.connection.send((job, task))
 
     def take(self) -> Message:
         """Wait for a message about the task, or the death of the process."""
@@ -275,11 +275,11 @@ _begun = itertools.count()
 """Number of tasks that this process has begun."""
 
 
-def timed(work: Job, task: Task) -> Took:
+def timed(job: Job, task: Task) -> Took:
     """Run a task; returns the time that it took."""
     first, began = next(_begun) == 0, time.perf_counter()
     try:
-        work(task)
+        job(task)
     except Exception as error:
         try:
             pickle.loads(pickle.dumps(error))
@@ -291,7 +291,7 @@ def timed(work: Job, task: Task) -> Took:
 
 def run_tasks(
     tasks: Iterable[Task],
-    work: Job,
+    job: Job,
     is_done: Callable[[Any], bool],
     *,
     workers: int = 1,
@@ -307,7 +307,7 @@ def run_tasks(
     Parameters
     ----------
     tasks : in any order.
-    work : writes the file of a task.
+    job : writes the file of a task.
     is_done : checks the file of a task; called once, before anything starts.
     workers : processes of this machine, the libraries of each with one thread.
     scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
@@ -325,16 +325,16 @@ def run_tasks(
             todo.append(task)
     todo = _in_order(todo, workers)
     if scheduler_file is not None:
-        yield from _on_cluster(todo, work, scheduler_file)
+        yield from _on_cluster(todo, job, scheduler_file)
         return
     shared = {**os.environ, **dict.fromkeys(_THREADS, "1")}
     # JAX alone would take most of a card, which others use too.
     turns = [{"CUDA_VISIBLE_DEVICES": device, "XLA_PYTHON_CLIENT_PREALLOCATE": "false"} for device in devices] or [{}]
     environments = [{**shared, **turns[i % len(turns)]} for i in range(workers)]
-    died = yield from _in_parallel(todo, work, environments, memory, meanwhile)
+    died = yield from _in_parallel(todo, job, environments, memory, meanwhile)
     # Memory may not have sufficed in parallel, but may suffice alone.
     for task in died:
-        if (yield from _in_parallel([task], work, environments[:1], memory, meanwhile)):
+        if (yield from _in_parallel([task], job, environments[:1], memory, meanwhile)):
             yield TaskResult(task, 0.0, DIED)
 
 
@@ -363,7 +363,7 @@ def check_workers(workers: int, threads: int) -> None:
 
 def _in_parallel(
     todo: list[Task],
-    work: Job,
+    job: Job,
     environments: Iterable[dict[str, str]],
     memory: float,
     meanwhile: Callable[[Task, Message], None],
@@ -383,7 +383,7 @@ def _in_parallel(
         while waiting or busy:
             while free and (i := next_fitting()) is not None:
                 worker, task = free.pop(), waiting.pop(i)
-                worker.give(work, task)
+                worker.give(job, task)
                 busy[worker.connection] = worker, task
             for ready in wait([worker.connection for worker, _ in busy.values()]):
                 worker, task = busy[ready]
@@ -414,7 +414,7 @@ class ClusterError(InputError, OSError):
     """The cluster cannot be reached."""
 
 
-def _on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[TaskResult, None, None]:
+def _on_cluster(todo: list[Task], job: Job, scheduler_file: Path) -> Generator[TaskResult, None, None]:
     """Run tasks on the workers of a cluster, the longest first.
 
     A worker returns its time only: results are on disk, so that nothing is lost with a worker.
@@ -431,7 +431,7 @@ def _on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[
     with cluster as client:
         at_once = max(1, sum(client.nthreads().values()))
         futures = {
-            client.submit(timed, work, task, pure=False, key=f"{task.path.name}-{i}", priority=-i, retries=0): task
+            client.submit(timed, job, task, pure=False, key=f"{task.path.name}-{i}", priority=-i, retries=0): task
             for i, task in enumerate(todo)
         }
         for future in as_completed(list(futures)):

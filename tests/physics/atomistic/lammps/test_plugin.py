@@ -25,7 +25,7 @@ from atomistic.lammps import plugin
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import open_library, run_command, run_in_process
 from atomistic.lammps.plugin import PluginError, pieces_of_law, plugin_library
-from atomistic.lammps.shape import HeightSpline, Waves, map_error, map_of, shape_notes
+from atomistic.lammps.shape import HeightSpline, Waves, heights_of_shape, map_error, shape_notes
 from continuum.model.walls import Wall
 from tests.physics.atomistic.lammps.test_law import WALLS, below, spread
 from tests.problems import two_ranks
@@ -317,7 +317,7 @@ def test_the_unit_test_in_the_form_of_lammps_passes_and_restarts(tmp_path, libra
 def test_a_wall_that_has_a_formula_is_a_map_four_times_as_fine(tmp_path):
     waves = Waves((5.0, 7.0), 0.0, ((0.1, 1, 0, 0.3), (0.05, 1, -1, 1.0)))
     deck = displaced(WALLS["lennard-jones-spline"], waves)
-    assert map_of(waves, GRID).shape == (20, 28)
+    assert heights_of_shape(waves, GRID).shape == (20, 28)
     result = run_in_process(write_deck(tmp_path, deck))
     at = deck.slab.positions[0] + result.displacements[0]
     # (q h)^4/384 with wavelengths of 4.07 a0 and more, and points a quarter of an a0 apart: 6e-5 of 0.15 a0.

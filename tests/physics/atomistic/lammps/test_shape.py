@@ -22,8 +22,8 @@ from atomistic.lammps.shape import (
     Round,
     Shape,
     Waves,
+    heights_of_shape,
     map_error,
-    map_of,
     misfit,
     shape_of,
 )
@@ -151,7 +151,7 @@ def test_heights_of_few_waves_are_their_sum_and_others_a_spline(count):
 @pytest.mark.parametrize("shape", [SHAPES["waves"], SHAPES["punch"]], ids=["waves", "punch"])
 def test_a_map_has_four_heights_in_each_spacing_and_states_how_its_spline_errs_in_between(shape):
     grid = c.Grid((4, 7), PERIOD)
-    heights = map_of(shape, grid)
+    heights = heights_of_shape(shape, grid)
     assert heights.shape == (16, 28)
     x, y = np.meshgrid(np.arange(16) / 2, np.arange(28) / 4, indexing="ij")
     np.testing.assert_allclose(heights, shape.evaluate(x, y).height, atol=1e-14)

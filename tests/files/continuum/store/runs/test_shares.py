@@ -4,7 +4,7 @@ import pytest
 
 from continuum.front.runs import check
 from continuum.inputs.toml import ConfigError
-from continuum.store.runs.cost import Share
+from continuum.store.runs.config import Share
 
 INPUT = {
     "grid": {"n": [64, 48]},

@@ -109,7 +109,7 @@ def test_a_death_is_said_until_the_system_is_done(tmp_path: Path, capsys: pytest
     assert "process 4711 was killed by SIGKILL" in capsys.readouterr().out
     solve_system(root, one)
     assert sweep_status(root).died == ()
-    assert not list(Folder(root).work.iterdir())
+    assert not list(Folder(root).running.iterdir())
 
 
 def test_a_process_that_died_is_named_until_its_system_is_run_again(
