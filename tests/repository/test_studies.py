@@ -26,7 +26,7 @@ LONGEST = {
 MANUAL = 18_150
 """Words of all of them but those for developers."""
 DEVELOPERS = {"contribute.md", "house.md", "solver.md"}
-STUDIES = 23_400
+STUDIES = 22_000
 """Words of all studies, without tables that are made from data; the aim is 20 000."""
 
 
