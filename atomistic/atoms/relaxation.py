@@ -78,6 +78,7 @@ class GreensRelaxation(Optimizer):
         mixer = getattr(atoms.calc, "mixer", None)
         parts = [(atoms.calc, 1.0)] if mixer is None else list(zip(mixer.calcs, mixer.weights, strict=True))
         walls = [part for part in parts if isinstance(part[0], RoughWall)]
+        # One wall, of weight 1, is solved exactly; others are forces like those of the atoms.
         self._wall = walls[0][0] if [weight for _, weight in walls] == [1.0] else None
         rest = [part for part in parts if part[0] is not self._wall]
         self._crystal = _Counting(*zip(*rest, strict=True)) if rest else None  # type: ignore[no-untyped-call]
@@ -99,7 +100,7 @@ class GreensRelaxation(Optimizer):
         forces = self.atoms.get_forces()
         self._largest.append(float(np.linalg.norm(forces, axis=1).max()))
         if self._largest[-1] == min(self._largest):
-            self._best = self.atoms.get_positions()
+            self._best = self.atoms.get_positions()  # from which a fallback goes on
         try:
             response = self.response or self._measured()
             if not self._linear.size:

@@ -181,6 +181,7 @@ class RoughWall(Calculator):
         repeats = self._cell @ np.linalg.inv(periods)
         whole = np.rint(repeats)
         if np.abs(repeats - whole).max() <= _ALIKE and abs(np.linalg.det(whole)) > 0.5:
+            # To the last digit: else a map of rounded pixels would have a step at the edge of the cell.
             self._repeats = True
             return np.asarray(np.linalg.solve(whole, self._cell))
         at = (self._sites[self.surface] - self.offset * self.a0) @ np.linalg.inv(periods) * points
@@ -209,6 +210,7 @@ class RoughWall(Calculator):
         height, *slopes = self._shape.evaluate(*((where - self.offset * self.a0) @ self._to_points).T)
         gap = self.separation + height - (at[:, 2] - self._level) / self.a0
         law, force = self._of_atoms.evaluate(gap), self.modulus * self._area
+        # A height that is fixed to the site does not change as the atom moves in the plane: no lateral force.
         steepest = np.zeros((len(at), 3))
         if self.follows == "atoms":
             steepest[:, :2] = np.stack(slopes, axis=-1) @ self._to_points.T * self.a0
@@ -261,6 +263,7 @@ class RoughWall(Calculator):
         moved[:, :2] = self._nearest(moved[:, :2])
         away = np.linalg.norm(moved, axis=1)
         strayed = self._held[away[self._held] > _STRAYED * self._spacing]
+        # Half of the atoms far from their sites are no deformation, but another order.
         if not len(strayed) and ordered and np.median(away) > self._spacing / 2:
             strayed = np.array([int(np.argmax(away))])
         if len(strayed):

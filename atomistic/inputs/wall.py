@@ -130,6 +130,7 @@ def include_of(
     if box is not None and max(abs(b / spacing / own - 1) for b, own in zip(box, lengths, strict=True)) > _ALIKE:
         here = " x ".join(f"{spacing * own:.6g}" for own in lengths)
         raise ArgumentError("period", box, f"that of the wall, {here} Å, within {_ALIKE:.0%}")
+    # Without a slab the next layer is taken as out of reach, which holds for short laws: a longer one needs `layer`.
     depth = facts.layer / spacing if facts else np.inf
     if layer is not None:
         try:
@@ -144,6 +145,7 @@ def include_of(
     atoms = facts.exposed if facts else 0
     if surface_atoms is not None:
         atoms = count("surface_atoms", surface_atoms)
+    # Each atom of a plane has 0.87 a0² on fcc(111), 1 on (100), 1.41 on (110): far from these a0 is another length.
     if atoms and not 0.2 < (each := lengths[0] * lengths[1] / atoms) < 10:
         with_it = f"with it, each of {atoms} atoms of the surface has {each:.3g} a0²"
         if surface_atoms is None:
@@ -161,7 +163,7 @@ def _law(law: Wall | str | Path | None, work: str | None, unit: float) -> Wall:
             length = possible.from_text(instance("work", work, str, 'a text, as "50mJ/m2"'), "work") / unit
         except ValueError as error:
             raise ArgumentError("work", work, f'a work of adhesion, as "50mJ/m2" ({error})') from None
-        most = LARGEST_RANGE**2 / 24
+        most = LARGEST_RANGE**2 / 24  # the adhesion length of the spline, in a0, is range²/24
         if length > most:
             allowed = (
                 f"at most {most * unit:.3g} J/m² on this solid: the law would reach further than {LARGEST_RANGE:g} a0"
@@ -206,7 +208,6 @@ def _shape(
         for name in ("size", "unit", "fill"):
             if value := getattr(reading, name):
                 raise ArgumentError(name, value, "left out: only a map, a file, has it")
-    if not isinstance(surface, str | os.PathLike):
         shape = check_shape("surface", surface)
         own: Any = lengths or getattr(shape, "period", None)
         if own is None and box is None:

@@ -213,6 +213,7 @@ class Deck:
         protocol = self.protocol
         if protocol is not None:
             instance("protocol", protocol, Protocol, "Separations, MeanPressures or Motion")
+        # Only a step at rest has a start of its own; a moving wall goes on from the step before.
         if len(self.starts) > (1 if protocol is None else protocol.steps if protocol.included == "in.relax" else 0):
             raise ArgumentError("starts", self.starts, "one for each step at rest, at most")
         if protocol is None:
@@ -409,6 +410,7 @@ def wall_lines(wall_force: WallForce, values: Mapping[str, object]) -> dict[str,
 
 def step_keys(deck: Deck, texts: Mapping[str, str]) -> list[str]:
     """A hash of each step of a deck and of all before it; one for a single equilibrium."""
+    # Of one digest that goes on from step to step: a finished step is kept only if the way to it is the same.
     digest = hashlib.sha256("".join(texts[name] for name in sorted({*texts} - {*_OF_ALL_STEPS})).encode())
     for content in deck.model.files.values():
         digest.update(content)
@@ -464,6 +466,7 @@ def write_deck(
             and not disk.OUTPUTS.fullmatch(entry.name)
             and not _NUMBERED.fullmatch(entry.name)
         )
+        # `force` replaces a deck, beside files of others; a folder that is no deck is never taken over.
         is_deck = (directory / "deck.json").is_file() and (directory / "in.slab").is_file()
         if foreign and not (force and is_deck):
             names = ", ".join(foreign[:5])
@@ -473,6 +476,7 @@ def write_deck(
             )
         with suppress(OSError, ValueError):  # without such a file, or where it is damaged
             there = (directory / "deck.json").read_text(encoding="utf-8")
+            # The same deck, written to its end: `in.contact` comes last.
             if there == texts["deck.json"] and (directory / "in.contact").is_file():
                 return directory
         keep = disk.steps_to_keep(directory, keys, force=force)
@@ -480,7 +484,7 @@ def write_deck(
     folder(directory)
     with disk.hold(directory):
         disk.remove_outputs(directory, keep)
-        (directory / "in.contact").unlink(missing_ok=True)
+        (directory / "in.contact").unlink(missing_ok=True)  # no deck, until all else is written
         for entry in list(directory.iterdir()):
             if _NUMBERED.fullmatch(entry.name) or (entry.name in INPUTS and entry.name not in texts):
                 entry.unlink()
@@ -493,6 +497,7 @@ def write_deck(
             _write_data(file, deck)
         tell(1, tables)
         with whole(directory / disk.HEIGHTS) as file:
+            # A wall of positions is evaluated in the script: the file has the heights above the surface only.
             above = deck.heights if deck.shape is not None else deck.above
             disk.write_atoms(file, deck.slab.ids.ravel()[: above.size], above)
         tell(2, tables)
@@ -501,6 +506,7 @@ def write_deck(
                 mobile = slice(0, deck.slab.moving)
                 disk.write_atoms(file, deck.slab.ids[mobile], deck.start[mobile, ..., axis])
                 tell(3 + axis, tables)
+        # Numbered as the steps of a protocol, from 1; a single equilibrium has `start.dump`.
         for step, start in enumerate(deck.starts, deck.protocol is not None):
             with whole(directory / (f"start.{step}.dump" if step else "start.dump")) as file:
                 _write_dump(file, deck, step, start)

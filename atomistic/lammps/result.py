@@ -320,23 +320,25 @@ def _result(
     sites = (*slab.ids.shape, 3)
     length, force = numbers["length_unit"], numbers["force_unit"]
     vectors = [np.stack([state[name] for name in names], axis=-1) for names in (_DISPLACEMENT, ("fx", "fy", "fz"))]
+    step, version = int(numbers.pop("step")), int(numbers.pop("lammps_version"))
     own = {column.name: column.name for column in fields(DeckResult)} | FORCES
+    columns: dict[str, Any] = {own[name]: float(value) for name, value in numbers.items() if name in own}
     return DeckResult(
         slab=slab,
-        step=int(numbers.pop("step")),
+        step=step,
         evaluations=evaluations,
         structure=np.rint(state["structure"]).astype(np.int64).reshape(sites[:-1]) if "structure" in state else None,
         averages=averages,
         trace=trace,
         energies={name: numbers[name] for name in ENERGIES if name in numbers},
-        lammps_version=int(numbers.pop("lammps_version")),
+        lammps_version=version,
         gap=surface["gap"].reshape(slab.shape),
         traction=surface["traction"].reshape(slab.shape),
         heights=surface["wall_height"].reshape(slab.shape),
         tractions=state["traction"].reshape(sites[:-1]) if "traction" in state else None,
         displacements=vectors[0].reshape(sites) / length,
         forces=vectors[1].reshape(sites) / force * slab.area,
-        **{own[name]: float(value) for name, value in numbers.items() if name in own},  # type: ignore[arg-type]
+        **columns,
     )
 
 

@@ -139,6 +139,7 @@ class Cell(LammpsHandle):
             raise
 
     def evaluate(self, positions: Real) -> tuple[float, Real]:
+        # Some styles refuse a potential as it is first evaluated; later errors are those of the positions.
         with nullcontext() if self._tried else self._refusing():
             found = super().evaluate(positions)
         self._tried = True

@@ -105,7 +105,7 @@ def parts_of(config: DeckConfig, progress: Progress | None = None) -> DeckParts:
     steps = config.steps()
     require_steps(steps, slab, model, wall, heights, config)
     profile = shape_of_surface(config.surface, heights, slab.grid.lengths)
-    shape = None if config.follows == "site" else profile
+    shape = None if config.follows == "site" else profile  # else a function of the position of the atom
     if config.wall_force == "atoms" and shape is not None:
         require_apart(config, steps, wall, shape, slab)
     notes = described(config, slab, deck_units(config, model, progress), wall, heights) + notes

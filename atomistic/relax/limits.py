@@ -93,7 +93,8 @@ def require_strength(problem: ContactProblem, states: Sequence[PathState], setti
     asked, gap = states[lost].target, held.require().solution.gap
     # The mean tension is at most the largest tension of the law.
     low, high = held.target, max(asked, -problem.wall.largest_tension)
-    while low - high > 0.01 * max(abs(low), 1e-3 * abs(high)):
+    # Without attraction none is held, and halving would end at the smallest number only.
+    while high < 0 and low - high > 0.01 * max(abs(low), 1e-3 * abs(high)):
         middle = (low + high) / 2
         state = loading.solve(problem, "mean-pressure", middle, settings, gap)
         if state.status.ok:

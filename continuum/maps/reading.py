@@ -263,6 +263,7 @@ def _with_units(
             if override or unit is None or found.unit is None or _agree(found.unit, unit):
                 faults.append(f"`unit` has two units, the first that of positions, but {why}: give one, of the heights")
         else:
+            # Positions without a unit: with it their extent is the size.
             size = [scale * length for length in found.extent]
     for what, its, given in (("size", found.size, size), ("unit", found.unit, unit)):
         if its is None and given is None:
@@ -277,7 +278,7 @@ def _with_units(
                 )
     if faults:
         raise TopographyError("\n".join(f"{found.source}: {fault}" for fault in faults))
-    if not override:
+    if not override:  # of two that agree, to rounding, that of the file is taken
         size, unit = found.size or size, found.unit or unit
     lengths = tuple(size or found.size or ())
     if len(lengths) == 2 and found.heights.ndim == 1:
@@ -285,6 +286,7 @@ def _with_units(
     if len(lengths) == 1 and found.heights.ndim == 2:
         nx, ny = found.heights.shape  # one length: the pixels are square
         lengths = (lengths[0], lengths[0] * ny / nx)
+    # Lengths that the file gives are in its order; only typed ones may have been exchanged.
     steps += _other_order(found.heights.shape, lengths) if found.size is None and position_unit is None else ()
     heights = found.heights * (unit or found.unit or np.nan)
     its_periodic = found.periodic if periodic is None else periodic

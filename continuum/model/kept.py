@@ -35,11 +35,12 @@ def kept_on_disk(**options: Any) -> Callable[[Compiled], Compiled]:
     """Compile a function with the options of ``numba.njit``, and keep the result on disk if that can be done."""
 
     def made(function: Compiled) -> Compiled:
-        compiled: Any = njit(**options)(function)
+        compiled: Compiled = njit(**options)(function)
+        dispatcher: Any = compiled
         # Whatever another numba or a folder does: without a cache it is compiled in memory.
         with suppress(Exception):
-            compiled._cache = _Cache(function)
-        return compiled  # type: ignore[no-any-return]
+            dispatcher._cache = _Cache(function)
+        return compiled
 
     return made
 

@@ -102,12 +102,14 @@ def _checked(path: Path, found: tuple[int, ...], shape: tuple[int, int], hint: s
 
 def _may_be(path: Path, found: tuple[int, ...], shape: tuple[int, int] | None) -> None:
     """Raise StoreError if an array of this shape, not yet loaded, cannot be a map of another one."""
+    # As many numbers as points, or three times: columns of x, y and height.
     if shape is not None and np.prod(found) not in (np.prod(shape), 3 * np.prod(shape)):
         _checked(path, found, shape)
 
 
 def of_array(values: Real, source: str, shape: tuple[int, ...] | None = None, of: str = "the file") -> RawMap:
     """The map of an array without units: heights, or columns of positions and heights."""
+    # A map of two or three pixels a line is unusual: unless it is asked for, these are positions and heights.
     columns = values.ndim == 2 and values.shape[1] in (2, 3) and values.shape[0] >= FEWEST and values.shape != shape
     if columns:
         return _placed(values, source, of=of)

@@ -196,8 +196,9 @@ def _marks(text: str) -> tuple[str, str]:
     if not used:
         return ".", ""
     if len(used) == 2 and (both := re.search(r"\d(?:\.[\d.]*,|,[\d,]*\.)", text)):
-        decimal = both[0][-1]
+        decimal = both[0][-1]  # of two marks in one number the last
     elif len(used) == 2:
+        # No number has both: that of thousands stands before groups of three only.
         odd = [mark for mark in used if not _grouped(text, mark)]
         if len(odd) != 1:
             raise ValueError("it has decimal points and decimal commas")
@@ -205,6 +206,7 @@ def _marks(text: str) -> tuple[str, str]:
     else:
         decimal = used[0]
         if _grouped(text, decimal):
+            # Twice in one number, as 1,234,567, only thousands are marked.
             if re.search(rf"\d\{decimal}\d+\{decimal}", text):
                 return "." if decimal == "," else ",", decimal
             example = re.search(rf"\d+\{decimal}\d+", text)
@@ -249,6 +251,7 @@ def _numbers(fields: Sequence[str], line: int) -> Real:
     except ValueError:
         wrong = [field for field in fields if not _VOID.fullmatch(field) and not _is_float(field)]
         if wrong:
+            # A slip in a row of numbers is a fault; a row of words is that of another format, for its reader.
             kind = ValueError if 2 * len(wrong) < len(fields) else NoTableError
             raise kind(f"{wrong[0][:40]!r} in line {line} is no number, and no word for a missing one") from None
         return np.array([np.nan if _VOID.fullmatch(field) else float(field) for field in fields])
@@ -424,7 +427,7 @@ def said_by(header: Sequence[str]) -> Said:
     """
     found, rest = dict[str, str](), list[str]()
     for line in header:
-        key, mark, value = re.match(r"([^:=]*)([:=]?)(.*)", line).groups()  # type: ignore[union-attr]
+        key, mark, value, *_ = *re.split("([:=])", line, maxsplit=1), "", ""
         if not mark and (pair := re.fullmatch(rf"([A-Za-z_]+)\s+({_REAL})", line)):
             key, value = pair.groups()
         name, beside = re.sub(r"[\[(].*|[\s_-]", "", key).lower(), re.search(r"[\[(](.*?)[\])]", key)

@@ -107,6 +107,36 @@ def test_the_arrows_between_rooms_can_be_drawn() -> None:
     assert sum(len(asked) for room, asked in arrows.items() if room.startswith("continuum")) <= 60
 
 
+# The clients begin at the front.  What they import beside it has no public name, as no user needs it.
+CLIENTS = {
+    "paper": {
+        "front": "sweeps and their tables; commands and their options",
+        "theory": "the equations beside which numbers are shown",
+        "maps": "the criteria that are compared; materials of the examples",
+        "measure": "adhesion and jumps of a curve of stored points; the outline and the gaps that are drawn",
+        "model": "laws and crystals of the examples; a spectrum, whose elastic energy is compared",
+        "store": "points, maps and files of a sweep; tables with units",
+        "show": "the style of figures, and pages",
+        "inputs": "checks of arguments, and the errors that they raise",
+    },
+    "view": {
+        "front": "predictions, from the same options as in a program",
+        "maps": "layers and faults of a map before it is predicted; the table of an input, which the form shows",
+        "store": "states of stored runs and sweeps; a worker that may be stopped",
+        "show": "the answer in words, and the colours of maps",
+        "inputs": "units, files that come with the package, and errors",
+    },
+}
+
+
+@pytest.mark.style
+def test_the_clients_import_no_further_room() -> None:
+    arrows = rooms()
+    for client, reasons in CLIENTS.items():
+        asked = {room.removeprefix("continuum.") for room in arrows[f"continuum.{client}"]}
+        assert asked == {*reasons}, client
+
+
 @pytest.mark.parametrize(
     ("library", "allowed"),
     [

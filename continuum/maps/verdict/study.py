@@ -174,7 +174,7 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
     for path in files:
         name = path.relative_to(folder).with_suffix("").as_posix()
         told = form.fullmatch(name)
-        if told is None:
+        if told is None:  # all that do not fit are named together
             odd.append(path.relative_to(folder).as_posix())
         else:
             found.append(Scan(path, told["sample"], told.groupdict().get("spot") or "1"))

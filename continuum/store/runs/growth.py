@@ -76,12 +76,14 @@ def growth_of(config: RunConfig, source: Path) -> Growth | None:
     both = zip(config.loading.aims, earlier.loading.aims, strict=False)
     alike = min(done, sum(1 for _ in takewhile(lambda two: two[0] == two[1], both)))
     if config.output.fields and not earlier.output.fields:
-        return None
+        return None  # gaps of its points were not stored: all would be solved again
     if config.solver.tolerance < earlier.solver.tolerance:
+        # Each point starts from its own gap; an imprint is stored of the last point only.
         usable = alike and earlier.output.fields and not yields and not searched
         return Growth(source, identity, refined=alike) if usable else None
+    # The next point starts from the last state, if that is stored; a search needs no state of the point before.
     goes_on = alike == done and ("restart/target" in held or searched)
-    ends = alike == asked and not yields
+    ends = alike == asked and not yields  # a shorter path, of which an imprint would be that of the longer one
     if alike == done == 1 and not (goes_on or ends) and config.grid.build().size <= SMALL:
         return Growth(source, identity, whole=True)
     if not alike or not (goes_on or ends):

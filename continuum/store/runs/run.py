@@ -164,6 +164,8 @@ def _follow(
         del solver  # what is added needs memory, too
         return write(record)
     except (Exception, KeyboardInterrupt, SystemExit) as error:
+        # Processes that share the points write together: one, interrupted by itself, would wait for the others.
+        # After an OutputError, a second attempt to write would fail as the first.
         alone = record.company is None or record.company.size == 1
         if unwritten is not None and alone and not isinstance(error, OutputError):
             write(record.beginning(*unwritten))
@@ -214,6 +216,7 @@ def _write(
         kept = grid.size <= 1024**2 and (len(record.points) > 1 or grid.size > SMALL)
     datasets = {
         **{name: Dataset(at, (name,), "a0", f"position along {name}") for name, at in positions_of(system).items()},
+        # An unfinished path goes on from its last state, a finished one only if it gets further targets.
         **record.datasets(restart=not finished or kept),
     }
     for name, values in system.problem.wall.knots.items():
@@ -298,7 +301,7 @@ def _stored(
     """The stored part of this run, or of another path that it continues, and whether it is complete."""
     here = None if force else growth_of(config, path)
     if here is not None and here.identity != key and here.whole:
-        if not here.kept:
+        if not here.kept:  # the one state of a small grid, which is sooner found again than read
             return Record(config.output.fields), False
         growth = here
     elif path.exists():

@@ -62,12 +62,14 @@ class Alike:
         checks = tuple(TypeAdapter(_field(config, key)) for key in found)
         alike = cls(config, tuple(found), parts, checks)
         own_values = {key: _table(config, key)[0].value(key.rpartition(".")[2]) for key in keys}
+        # Tried on the one system whose identity is known; where it differs, each is checked.
         same = sorted(found) == sorted(keys) and alike.key(own_values) == identity(config)
         return alike if same else unknown
 
     def key(self, settings: Mapping[str, Any]) -> str | None:
         """The identity of one of them; None if its values have to be checked with the whole input."""
         values = [settings[key] for key in self.keys]
+        # Of a number that is no plain int, as True or 3.0, the text in an identity is decided by the input's types.
         if not self.parts or any(type(value) is not int for value in values):
             return None
         try:
@@ -435,6 +437,7 @@ class Sweep:
                 for axis, i in zip(self.axes, places, strict=True)
                 for key, value in zip(axis.keys, axis.values[i], strict=True)
             }
+            # The systems of a group differ in seeds alone: what holds for the first holds for all.
             group = tuple(place for i, place in enumerate(places) if i not in free)
             if keys and group in groups:
                 if (alike := groups[group]) is None:
