@@ -4,9 +4,9 @@ The model is that of L. Pastewka and M. O. Robbins, "Contact between rough surfa
 adhesion", PNAS 111, 3298 (2014), called "the paper" throughout.  Equations are cited by their printed numbers, those
 of its supplement as Eq. (S-1).
 
-What a person calls stands in ``continuum.__all__``: a contact of your own is a :class:`Contact`, pressed to a
-:class:`State` or along a :class:`LoadingPath`; :func:`run` follows an input file, :func:`predict` asks every theory
-about a measured map.  The rooms behind are short modules; each room's docstring says what lives there.
+The public names are listed in ``continuum.__all__``.  A :class:`Contact` of your own is pressed to a :class:`State` or
+along a :class:`LoadingPath`; :func:`run` follows an input file, and :func:`predict` decides whether a measured map is
+sticky.  The docstring of each subpackage says what it contains.
 
 Conventions (stated here once; everything else refers to this page)
 --------------------------------------------------------------------

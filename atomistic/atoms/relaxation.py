@@ -37,8 +37,8 @@ class GreensRelaxation(Optimizer):
     linear response is measured before the first step, with the calculator of the crystal on a small slab of the same
     cells; pass it on to the next relaxation of the same slab.
 
-    Atoms that do not repeat along the surface, are not held by a constraint, or are unstable, and a relaxation whose
-    forces no longer fall, are left to ASE's ``PreconLBFGS``, with a warning.
+    If the atoms do not repeat along the surface, none is held by a constraint, the slab is unstable, or the forces no
+    longer decrease, ASE's ``PreconLBFGS`` continues, with a warning.
 
     Parameters
     ----------

@@ -51,8 +51,8 @@ class RoughWall(Calculator):
 
     Add it to the calculator of the atoms by ``ase.calculators.mixing.SumCalculator``.  The wall presses down along -z
     on all atoms but those that a ``FixAtoms`` of the slab holds.  An atom has the energy w(gap) A at gap = separation +
-    h(x, y) - z, where A is the area of the cell over the number of surface atoms, and the force on it is the gradient
-    of that; of a law that reaches the layers below, each has a part
+    h(x, y) - z, where A is the area of the cell over the number of surface atoms, and feels its negative gradient as a
+    force; a law that reaches the layers below is divided among them
     (:func:`atomistic.lammps.law.law_of_atoms`).  The wall does not change: make another one, and another sum, for
     another separation.
 

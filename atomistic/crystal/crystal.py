@@ -418,7 +418,7 @@ def chemical_symbol(number: int) -> str:
 
     symbols: list[str] = list(ase.data.chemical_symbols)
     if not 1 <= number < len(symbols):
-        raise ValueError(f"there is no element of the atomic number {number}")
+        raise ValueError(f"no element has the atomic number {number}")
     return symbols[number]
 
 

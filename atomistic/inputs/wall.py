@@ -113,7 +113,11 @@ def include_of(
     lengths : periods of a shape that has none of its own, in a0.
     """
     if a0 is None:
-        raise ArgumentError("a0", a0, 'the gap of no traction, about the distance of neighbours, as "2.55Å" (--a0)')
+        raise ArgumentError(
+            "a0",
+            a0,
+            'the gap at which the traction vanishes, about the nearest-neighbour distance, as "2.55Å" (--a0)',
+        )
     if contact_modulus is None:
         raise ArgumentError("contact_modulus", contact_modulus, 'E* of the slab, as "135GPa" (--estar)')
     spacing = possible.given("a0", a0, "spacing", "A")

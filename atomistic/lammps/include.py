@@ -83,9 +83,9 @@ class WallInclude:
     a0 : in Å.
     contact_modulus : E*, as "135GPa", in eV/Å³.
     surface_atoms : number of atoms of the undisturbed surface plane, among which its area is divided; 0 if the script
-        is to say it.
-    layer : distance of the layers of atoms, in a0, by which a law that reaches deeper than the first is divided among
-        them; infinite if it does not reach them.
+        sets it.
+    layer : distance of the layers of atoms, in a0, among which a law that reaches several layers is divided; infinite
+        if it reaches only the first.
     units : of the script, unless it says otherwise.
     wall_force : how the wall acts: by formulas of LAMMPS or the plugin.
     """
@@ -130,7 +130,7 @@ class WallInclude:
         return f"{lx:.4g} x {ly:.4g} Å, {rise:.3g} Å high, {work}, reaches {reach:.3g} Å beyond {self.a0:.4g} Å"
 
     def steps(self, directory: Path) -> list[str]:
-        """Steps that are left to the user, one line each."""
+        """Remaining steps for the user, one line each."""
         line = "set      variable wall_surface_atoms equal ...   the number of atoms of the surface plane, first"
         if self.surface_atoms:
             area = self.a0**2 * self.period[0] * self.period[1] / self.surface_atoms
@@ -145,7 +145,7 @@ class WallInclude:
 
         Parameters
         ----------
-        force : leave files of others there, beside those of the wall.
+        force : write into a folder that has other files, and leave these.
 
         Raises
         ------

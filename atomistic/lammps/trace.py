@@ -78,7 +78,7 @@ def trace_of(path: Path) -> WallTrace:
         names = _names(file)
         rows = [line.split() for line in file if line.endswith("\n")]
     if not {"step", "load"} <= {*names} or not rows:
-        raise ValueError("it is no trace of a wall, or has no samples yet")
+        raise ValueError("it is not the trace of a wall, or has no samples yet")
     values = np.array(rows, np.float64)
     if values.shape[1] != len(names) or not np.isfinite(values).all():
         raise ValueError("it has numbers that are not finite, or lines of another length")

@@ -164,7 +164,8 @@ class PointCertificate(Examination):
 class Certificate(Shown):
     """Result of checking a run, or a sample of a sweep.
 
-    Of each converged point, a number off by more than is allowed, and NaN, is a fault:
+    NaN, and a number that differs by more than its tolerance, is a fault.  Each converged point is compared in these
+    numbers, with these tolerances:
 
     * contact maps, against those of the gap: points whose gap is within rounding of an edge may differ; under a hard
       wall, points that touch with a pressure within rounding of zero;
@@ -251,11 +252,11 @@ def certify(
     seed: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Certificate:
-    """Evaluate stored states by other transforms, sums and derivatives than the solver's, and compare.
+    """Recompute stored states with other transforms, sums and derivatives than the solver's, and compare.
 
     All numbers follow from heights and gap alone; the lowest eigenvalue of the Hessian tells a minimum from a saddle.
     Runs that store fields are checked from these; other runs are computed again and compared.  A system of a sweep that
-    cannot be certified is named, and the others are looked at.
+    cannot be certified is named, and the others are checked.
 
     Parameters
     ----------
@@ -267,7 +268,7 @@ def certify(
     Raises
     ------
     StoreError
-        If a file is no finished run, or what its input names is gone.
+        If a file is not a finished run, or a file that its input names is missing.
     SweepError
         If the folder is no sweep.
     ArgumentError

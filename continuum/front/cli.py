@@ -19,26 +19,25 @@ At this work the load at 1 % repulsive area, or at --area, changes its sign on a
 stored with the states at both ends.""",
     "plot": """draw the figures of a run, or of the paper from a sweep
 
-`plot RESULT` draws a run.  `plot FIGURE DIR` draws, from the files of a sweep alone, figure1 - figure4, figure-s1 - \
-figure-s3, a further figure, `verdicts`, `page` (all of these) or `dispute` (measured against every theory).""",
+`plot RESULT` draws a run.  `plot FIGURE DIR` draws a figure from the files of a sweep: figure1 - figure4, figure-s1 - \
+figure-s3, a further figure, `verdicts`, `page` (all of these) or `dispute` (simulations and every theory).""",
     "analyse": "measure a stored run: patches, perimeter, κ, gaps, pull-off",
-    "certify": """check stored states against the equations, by other code
+    "certify": """check stored states against the equations, with independent code
 
-Residual, curvature of the energy, areas and their maps, loads, energies, mean gap and separation are computed from \
-heights and gap with other transforms, sums and derivatives than the solver's, and compared with the stored numbers: \
-for a run, or for a sample of the systems of a sweep.  For a LAMMPS deck use `atomistic read DIR --certify`.""",
-    "predict": """is my surface sticky? the threshold of a measured topography
+Recomputes residual, curvature of the energy, areas and their maps, loads, energies, mean gap and separation from \
+heights and gap, with other transforms, sums and derivatives than the solver's, and compares them with the stored \
+numbers: for a run, or for some systems of a sweep.  For a LAMMPS deck use `atomistic read DIR --certify`.""",
+    "predict": """decide whether a measured surface is sticky, and find its threshold
 
-Presses a measured topography, or two that face each other, once without adhesion: the threshold of stickiness with \
-its error, and what would change the answer.  Writes figures and a one-page HTML report, with what theories say beside \
-it.  Every quantity has a unit: 70GPa, 50mJ/m2.
+Presses a measured topography, or two that face each other, once without adhesion.  Prints the work of adhesion above \
+which the surface is sticky, its error, and what would change the answer.  Writes figures and a one-page HTML report, \
+which also has the answers of other theories.  Every quantity has a unit: 70GPa, 50mJ/m2.
 Example: continuum predict map.npy --size 10um --unit nm --modulus 2MPa --poisson 0.5 --work 50mJ/m2 --range 0.5nm""",
     "view": """show a height map or stored results in a browser
 
-On this machine only.  For a map the page shows the answer of `predict`, with sliders for w, E*, the range and the \
-cut-off, and a button that solves the contact.  For a run, a sweep or a deck that `atomistic read` stored it shows \
-load, areas and the contact \
-map of every state.  Name a file here, or drop it on the page.""",
+Only this machine can open the page.  For a map it shows the answer of `predict`, with sliders for w, E*, the range \
+and the cut-off, and a button that solves the contact.  For a run, a sweep or a deck that `atomistic read` stored it \
+shows load, areas and the contact map of every state.  Name a file here, or drop it on the page.""",
     "doctor": "check the installation on this machine, and say what to do",
     "init": "print a template of an input, with every key explained",
     "schema": "print the JSON schema of an input, for editors",

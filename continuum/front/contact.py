@@ -209,7 +209,7 @@ class Contact:
         return LoadingPath(self, tuple(states))
 
     def against(self, other: ArrayLike, *, shift: tuple[float, float] = (0.0, 0.0), angle: float = 0.0) -> Self:
-        """The contact of this wall with another rough body, shifted and turned; E* is that of both bodies.
+        """The contact of this wall with another rough body, shifted and rotated; E* combines both bodies.
 
         With small slopes only the difference of the heights counts, and 1/E* is the sum of (1 - ν²)/E of both bodies.
         Results are those of the sum: the displacements of both bodies add up.
@@ -237,7 +237,7 @@ class Contact:
         return replace(self, heights=against(self.grid, self.problem.heights, lower, shift, angle))
 
     def find_threshold(self, wall: WallOfWork, *, area: float = 0.01, width: float = 0.02) -> FoundThreshold:
-        """The work of adhesion above which the surface is sticky: where the load at an area changes its sign.
+        """Search for the work of adhesion at which the load at an area changes its sign; above it the surface sticks.
 
         Parameters
         ----------
@@ -263,7 +263,7 @@ class Contact:
         return FoundThreshold(State(**vars(found), contact=replace(self, wall=problem.wall)), wall)
 
     def threshold(self, wall: WallOfWork, *, area: float = 0.01) -> Threshold:
-        """The same work, estimated from one state without adhesion: a second, where a search takes a minute.
+        """Estimate of this work from one state without adhesion: it takes seconds instead of minutes.
 
         It lies between ``low`` and ``high`` where adhesion changes the contacts little: χ up to 0.2, ten patches or
         more.  docs/law.md states it, with the surfaces on which it was tested; elsewhere it has to be searched for,
@@ -320,12 +320,12 @@ class State(PathState):
 
     @property
     def found(self) -> State:
-        """The state itself, whose numbers were once found there."""
+        """The state itself; older scripts read its numbers there."""
         return self
 
     @property
     def imprint(self) -> Real:
-        """Depth of the imprint that this state and those before it leave, shape (nx, ny), in a0."""
+        """Depth of the imprint left by this state and those before it, shape (nx, ny), in a0."""
         left = super().imprint
         return np.zeros(self.gap.shape) if left is None else left
 
@@ -357,7 +357,7 @@ class State(PathState):
         return solver_of(problem, self.contact.settings).stability(problem.wall.law, self.gap, mean)
 
     def gradient(self, number: Number, *, at: Given | None = None, wall: WallOfWork | None = None) -> Real:
-        """The derivative of a number by the height of every point, at the cost of one or two linear solves.
+        """Derivative of a quantity with respect to the height of every point, by one or two linear solves.
 
         Its product with a small change of the heights, summed over the points, is what the number changes by.
 
@@ -450,7 +450,7 @@ class State(PathState):
 
 @dataclass(frozen=True, eq=False)
 class LoadingPath(Sequence[State]):
-    """Equilibria of a contact, in the order in which they were reached."""
+    """Equilibria of a contact along a path, in their order."""
 
     contact: Contact = field(repr=False)
     states: tuple[State, ...] = field(repr=False)
@@ -485,7 +485,7 @@ class LoadingPath(Sequence[State]):
 
     @property
     def pull_off(self) -> float:
-        """Largest tension on the way back, per A0, in E*; NaN where no state of a way back converged."""
+        """Largest tension on retraction, per A0, in E*; NaN if no state on retraction converged."""
         return self.adhesion.pull_off if any(one.converged for one in self) else float("nan")
 
     def sheet(self) -> Sheet:
@@ -560,7 +560,7 @@ class FoundThreshold:
         return self
 
     def gradient(self) -> Real:
-        """The derivative of the work at the threshold by the height of every point, shape (nx, ny), in E* a0 per a0.
+        """Derivative of the threshold with respect to the height of every point, shape (nx, ny), in E* a0 per a0.
 
         Positive where a greater height makes the surface less sticky.  See :meth:`State.gradient`.
 

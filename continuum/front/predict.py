@@ -30,7 +30,7 @@ READ = frozenset(OPTIONS) & frozenset(inspect.signature(read_all).parameters)
 
 
 class Prediction(PredictionNumbers):
-    """A prediction that shows itself."""
+    """A prediction, with its sentence, tables, figures and pages."""
 
     @property
     def sentence(self) -> str:
@@ -96,7 +96,7 @@ def predict(
     solve: bool | None = None,
     threads: int = 1,
 ) -> Prediction:
-    """Predict whether a measured surface is sticky, from its contact without adhesion; theories stand beside it.
+    """Predict whether a measured surface is sticky, from its contact without adhesion, and compare with theories.
 
     Every quantity is a text with its unit, as ``"50mJ/m2"``.
 
@@ -111,8 +111,8 @@ def predict(
         for both, or one for each, where ``"-"`` leaves it to the file.
     material, modulus, poisson, contact_modulus, work, range, spacing, probe, pressure, load, coating : as the keys of
         ``[interface]`` in an input, in their units.
-    solve : whether to search for the threshold with adhesion, after the state without adhesion that estimates it.  By
-        default only where that does not decide, and about a minute is expected to do; False never does.
+    solve : whether to search for the threshold with adhesion, after the state without adhesion that estimates it; by
+        default only if this state does not decide and the search is expected to take at most about a minute.
     threads : threads of the solver.
 
     Raises
@@ -194,7 +194,7 @@ _KNOWN = (frozenset(OPTIONS) - {"join"}) | {"solve", "threads"}
 
 
 class Study(StudyNumbers, Shown):
-    """A study that shows itself."""
+    """A study of several samples, with its tables and pages."""
 
     def sheets(self) -> list[Sheet]:
         """The ranking, and its spots."""

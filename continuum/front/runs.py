@@ -193,7 +193,7 @@ def check(
         tables, which is then named "input".
     settings : values for keys of the input, as ``{"surface.seed": 3}``.
     reduced : use the values of [sweep.reduced] (sweeps only).
-    measure : solve the first state of a run, or the cheapest system of a sweep, and report the time of all by it.
+    measure : solve the first state of a run, or the cheapest system of a sweep, and estimate the total time from it.
 
     Raises
     ------
@@ -312,8 +312,8 @@ def threshold(
 ) -> Result:
     """Find the work of adhesion above which the surface of an input is sticky, store it, and return the result.
 
-    The load at each area changes its sign on approach at that work.  The range of the wall is that of the input,
-    except for the paper's law, whose range follows from its work.
+    At this work of adhesion the load at each area changes its sign on approach.  The range of the wall is that of the
+    input, except for the paper's law, whose range follows from its work.
 
     Parameters
     ----------
@@ -369,7 +369,7 @@ def plot(result: str | Path | Result | Analysis | State | LoadingPath, folder: s
     Parameters
     ----------
     result : file of the run, or what was read from it; or a state or a path of a contact.
-    folder : folder of the figures; that of the run if None, and the present one of a state or a path.
+    folder : folder of the figures; by default that of the run, or the current folder for a state or a path.
 
     Raises StoreError if the file is not a run, ArgumentError if one of them is not the name of a file or folder.
     """

@@ -80,8 +80,8 @@ def sweep(
     settings : values for keys of the input; a list for a key on an axis.
     reduced : use the smaller sizes of [sweep.reduced]: minutes instead of days.
     workers : number of processes; one by default, or one for each GPU; fewer if memory does not suffice.  Several may
-        share a GPU whose memory holds the largest system of each.  With 0 the folder is made and nothing is run: the
-        ``jobs`` of the result are for another scheduler.
+        share a GPU if its memory holds the largest system of each.  With 0 the folder is made and nothing is run:
+        another scheduler can run the ``jobs`` of the result.
     threads : threads of the solver of each system.
     device : device of the solver, instead of ``[solver] device`` of the input: cpu, cuda (a GPU) or a library.
     memory : memory to use, in bytes; all of this machine if None.
@@ -201,7 +201,7 @@ def _ended(root: Path, ended: Sequence[TaskResult], *, searched: bool) -> SweepR
 
 
 def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointTable:
-    """Write all points of a sweep as one table: ``table.csv`` (a row for each) and ``table.h5`` (xarray opens it).
+    """Write all points of a sweep as one table: ``table.csv``, a row for each, and ``table.h5``, for xarray.
 
     If a key is searched for, ``crossings.csv`` has a row for each search, and ``table.h5`` its numbers.
 
@@ -288,8 +288,8 @@ def sweep_slurm(
     account : SLURM account.
     modules : modules to load first, as gcc/13.2.
     lines : further lines of the script, as "source ~/venv/bin/activate".
-    measure : solve the cheapest system for the core hours, where none is done in the folder.
-    warn : called where the job asks for a fraction of the time that is needed.
+    measure : solve the cheapest system to estimate the core hours, if the folder has no finished system.
+    warn : called if the job asks for less time than the sweep needs.
 
     Raises
     ------

@@ -246,13 +246,13 @@ def _cut(
         size = " x ".join(units.readable(length, "length") for length in topography.lengths)
         raise TopographyError(
             f"{topography.source}: a part {width} wide about {centre} does not lie within the map, "
-            f"{size}: a smaller n or spacing, another centre, or another map"
+            f"{size}: choose a smaller n or spacing, another centre, or another map"
         )
     if any(side < _FEWEST * pixel[1] for side, pixel in zip(sides, pixels, strict=True)):
         widest = units.readable(max(pixel[1] for pixel in pixels), "length")
         raise TopographyError(
             f"{topography.source}: a part {width} wide has fewer than {_FEWEST} pixels of {widest}: "
-            "it holds no roughness that was measured; a larger n or spacing, or a finer map"
+            "it contains no measured roughness: choose a larger n or spacing, or a finer map"
         )
     heights = scipy.interpolate.RectBivariateSpline(pixels[0], pixels[1], topography.heights)(at[0], at[1])
     pixel = " x ".join(units.readable(x[1], "length") for x in pixels)

@@ -210,7 +210,7 @@ class Grid:
         return values_q[..., : coarse.shape_q_here[-1]][coarse.mode_numbers[0].ravel()]
 
     def restricted(self, values_q: Complex, coarse: Grid) -> Complex:
-        """The same without the Nyquist modes of that grid."""
+        """The part on the modes of a coarser grid, without its Nyquist modes."""
         found: Complex = padded(coarse.shape_q, np.complex128)
         fourier.restrict(values_q, found)
         return found
@@ -226,23 +226,23 @@ class Grid:
         return slice(None), (m % self.shape[0], n)
 
     def modes_of(self, values_q: NDArray[Any]) -> NDArray[Any]:
-        """The modes of this process, of a whole half spectrum, in a copy."""
+        """Copy of the modes of this process from a whole half spectrum."""
         return np.array(values_q)
 
     def waves_of(self, values_q: NDArray[Any], period: tuple[int, int]) -> NDArray[Any]:
-        """The modes of a half spectrum whose waves repeat after so many points, divisors of the sides."""
+        """The modes of a half spectrum whose waves have the given periods in points, divisors of the sides."""
         return values_q[:: self.shape[0] // period[0], :: self.shape[1] // period[1]].copy()
 
     def least_wave(self, values_q: Real) -> float:
-        """Smallest value of a half spectrum but for q = 0."""
+        """Smallest value of a half spectrum, except at q = 0."""
         return float(values_q.ravel()[1:].min())
 
     def greatest_wave(self, values_q: Real, *, along_y: bool = False) -> float:
-        """Largest value of a half spectrum but for q = 0, or only of waves along y too."""
+        """Largest value of a half spectrum, except at q = 0; or only over waves that vary along y."""
         return float((values_q[:, 1:] if along_y else values_q.ravel()[1:]).max())
 
     def mean_mode(self, values_q: NDArray[Any]) -> NDArray[Any]:
-        """View of the mode q = 0 of a half spectrum: one value, or none in a process that has not that mode."""
+        """View of the mode q = 0 of a half spectrum: one value, or none in a process that does not have this mode."""
         return values_q[:1, :1]
 
     def first(self, values_q: Real) -> float:
@@ -275,7 +275,7 @@ class Grid:
         return float(np.std(values))
 
     def sample(self, values: Real, every: int) -> Real:
-        """Every so many rows and columns of a field."""
+        """Every n-th row and column of a field."""
         return values[::every, ::every]
 
     def integrate(self, values: Real) -> float:

@@ -158,7 +158,7 @@ class SphereSurface(Surface, kind="sphere"):
 
 
 def sphere(grid: Grid, radius: float) -> Real:
-    """The lower side of a paraboloid that touches at the centre of the period.
+    """Heights of the lower side of a paraboloid that touches at the centre of the period.
 
     Parameters
     ----------

@@ -389,16 +389,16 @@ _GRADIENTS: Mapping[Number, Callable[[_Question], Real]] = {
 
 
 def noise_error(grid: Grid, gradient: Real, rms: float, correlation_length: float = 0.0) -> float:
-    """Standard deviation of a number by noise of the heights: sqrt(Σ g²) σ where the noise of points is independent.
+    """Standard deviation of a quantity if the heights have noise: sqrt(Σ g²) σ for independent points.
 
-    To first order in the noise, which holds while it is small beside what the number depends on: the range of the
-    attraction, and the gaps beside the contact.  What a known change dh adds, as that of a scar, is the sum of g dh.
+    To first order in the noise: it must be small compared with the range of the attraction and the gaps beside the
+    contact.  A known change dh of the heights, such as a scar, changes the quantity by the sum of g dh.
 
     Parameters
     ----------
     grid : the points of the surface.
-    gradient : g, the derivative of the number by the height of every point, shape ``grid.shape``, in the unit of
-        the number per a0.
+    gradient : g, the derivative of the quantity with respect to the height of every point, shape ``grid.shape``, in
+        the unit of the quantity per a0.
     rms : σ, the root mean square of the noise, in a0.
     correlation_length : ξ of noise whose correlation over a distance r is exp(-r²/ξ²), in a0, at most half
         of the shorter period; 0 for independent points.
@@ -406,7 +406,7 @@ def noise_error(grid: Grid, gradient: Real, rms: float, correlation_length: floa
     Returns
     -------
     float
-        In the unit of the number.
+        In the unit of the quantity.
 
     Examples
     --------

@@ -59,11 +59,11 @@ class Status(enum.StrEnum):
 
 
 class NotConvergedError(StickinessError, RuntimeError):
-    """A solution was required and there is none: the message says how far it came and what helps."""
+    """A required solution was not found; the message has the residual and advice."""
 
 
 class NotConvergedWarning(UserWarning):
-    """A state that was returned is no equilibrium: the message says why, and the likely cause."""
+    """A returned state is not an equilibrium; the message has the reason and the likely cause."""
 
 
 @dataclass(frozen=True)

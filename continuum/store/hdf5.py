@@ -33,7 +33,7 @@ HDF5 opens a file twice in one process only in the same way."""
 
 
 class StoreError(InputError, OSError):
-    """A file cannot be read: missing, damaged, of another kind, or refused.  The message says which."""
+    """A file cannot be read, because it is missing, damaged, of another kind, or refused."""
 
 
 class UnreadError(StoreError):

@@ -91,14 +91,14 @@ def _decoded(raw: bytes) -> tuple[str, tuple[str, ...]]:
         # In UTF-16 most characters of a table have a zero beside them.
         first, second = (raw[start:4096:2].count(0) / max(len(raw[start:4096:2]), 1) for start in (0, 1))
         if max(first, second) <= 0.5 or min(first, second) > 0:
-            raise NoTableError("it is no text")
+            raise NoTableError("it is not a text file")
         encoding = "utf-16-le" if second > first else "utf-16-be"
     try:
         return raw.decode(encoding or "utf-8"), ()
     except UnicodeDecodeError as error:
         if encoding:
-            raise NoTableError(f"it is no text in {encoding}") from error
-        return raw.decode("cp1252", errors="replace"), ("read in the Windows code page 1252, as it is no UTF-8",)
+            raise NoTableError(f"it is not text in the encoding {encoding}") from error
+        return raw.decode("cp1252", errors="replace"), ("read in the Windows code page 1252, because it is not UTF-8",)
 
 
 def _table(text: str, steps: tuple[str, ...]) -> Text:
@@ -112,12 +112,12 @@ def _table(text: str, steps: tuple[str, ...]) -> Text:
     header = tuple(word for line in original[:first] if (word := line.strip().lstrip("#").strip()))
     if first == len(lines):
         if any(line.strip() for line in lines):
-            raise NoTableError("it holds words only")
+            raise NoTableError("it contains no line of numbers")
         return Text(np.empty((0, 0)), header, steps)
     for line in lines[:first]:  # a row of numbers with a word in it is no header
         numbers = [_NUMBER.fullmatch(word) is not None for word in _words(line)]
         if numbers and numbers[0] and 2 * sum(numbers) > len(numbers):
-            raise ValueError(f"something in {line.strip()[:60]!r} is no number, and no word for a missing one")
+            raise ValueError(f"{line.strip()[:60]!r} has an entry that is neither a number nor a mark of a missing one")
     inner = [i for i, line in enumerate(original[first:], first) if line.startswith("#") and re.search("[:=]", line)]
     if inner and any(map(_is_row, lines[inner[0] :])):
         raise NoTableError(f"several maps in one file: {original[inner[0]].strip()!r} stands among the numbers")
@@ -253,7 +253,7 @@ def _numbers(fields: Sequence[str], line: int) -> Real:
         if wrong:
             # A slip in a row of numbers is a fault; a row of words is that of another format, for its reader.
             kind = ValueError if 2 * len(wrong) < len(fields) else NoTableError
-            raise kind(f"{wrong[0][:40]!r} in line {line} is no number, and no word for a missing one") from None
+            raise kind(f"{wrong[0][:40]!r} in line {line} is neither a number nor a mark of a missing one") from None
         return np.array([np.nan if _VOID.fullmatch(field) else float(field) for field in fields])
 
 
@@ -406,7 +406,7 @@ def _row_of_units(row: Sequence[str], used: Sequence[int]) -> tuple[float, ...]:
         return ()
     for i in used:
         if _known(plain[i]) is None:
-            raise ValueError(f"column {i + 1} is in {plain[i]!r}, which is no unit of length")
+            raise ValueError(f"column {i + 1} is in {plain[i]!r}, which is not a unit of length")
     return tuple(unit_of(plain[i]) or np.nan for i in used)
 
 

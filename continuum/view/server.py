@@ -187,7 +187,7 @@ class _Question(_Handler):
     def wanted(self) -> None:
         """Raise InputError if something else has been asked."""
         if self.mine != self.view.asked:
-            raise InputError("something else was asked meanwhile")
+            raise InputError("another request replaced this one")
 
     def on_connection_close(self) -> None:
         if self.mine == self.view.asked:

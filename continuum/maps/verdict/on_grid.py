@@ -40,8 +40,8 @@ def check_resolved(topography: Topography, shortest: float) -> None:
             units.readable(value, "length", 3) for value in (max(topography.grid.spacing), shortest, height)
         )
         raise UnresolvedError(
-            f"the map is too coarse for adhesion so strong and so short-ranged: pixels of {pixel} resolve ranges above "
-            f"{needed}, more than its rms height of {rms}"
+            f"the map is too coarse for this strong and short-ranged adhesion: pixels of {pixel} resolve only ranges "
+            f"above {needed}, which exceeds the rms height, {rms}"
         )
 
 

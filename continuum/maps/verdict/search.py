@@ -52,8 +52,8 @@ class _Patient(Solver):
         """Minimise with the iterations that are left."""
         if self._left < 1:
             raise NotConvergedError(
-                f"it was not found within {self._most:.0f} pairs of transforms, {PATIENCE:g} times what most maps of "
-                "this size take; where solving is asked for there is no such limit"
+                f"the search stopped after {self._most:.0f} pairs of transforms, {PATIENCE:g} times as many as most "
+                "maps of this size need; with `solve` there is no such limit"
             )
         most = int(min(settings.max_iterations, self._left))
         found = super().minimise(law, offset, start, replace(settings, max_iterations=most), **conditions)

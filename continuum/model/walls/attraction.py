@@ -89,7 +89,7 @@ def attraction_on_core(
     core_stiffness: float,
     core_depth: float | None = None,
 ) -> Wall:
-    """Attraction of given work and effective range on a linear core.
+    """Attraction with a given work and effective range on a linear core.
 
     In the paper's law repulsion and attraction are equally stiff at the minimum, which ties w to the range and E*.
     Here all three are independent, except that the core cannot be softer than the attraction at the minimum.

@@ -14,11 +14,11 @@ from continuum.model.walls.wall import Wall
 class HardWall(Wall, kind="hard"):
     """Non-overlap, no adhesion: gap >= 0, traction >= 0, and one of them zero at each point.
 
-    Its traction is not a function of the gap, but the constraint force of the solution.  Contact is where the gap is
-    exactly zero.
+    The traction is not a function of the gap, but the constraint force of the solution.  Points are in contact if the
+    gap is exactly zero.
 
-    The traction is limited by the hardness.  Where it is reached one of the bodies yields and keeps an imprint: the
-    gap is then minus the depth of the new imprint, and contact is where the gap is zero or less.  Perfectly plastic,
+    The hardness limits the traction.  Where it is reached, one of the bodies yields and keeps an imprint: the gap is
+    then minus the depth of the new imprint, and points with a gap of zero or less are in contact.  Perfectly plastic,
     without hardening: Almqvist, Sahlin, Larsson and Glavatskih, Tribol. Int. 40, 574 (2007).
     """
 

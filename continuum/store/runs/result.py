@@ -76,7 +76,7 @@ class Result(Shown):
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
-        """Read a stored run; raises StoreError if the file is missing, damaged or no run."""
+        """Read a stored run; raises StoreError if the file is missing, damaged or not a run."""
         path = Path(path)
         names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "step", "wall/gap", "wall/traction"}
         file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, names)
@@ -123,7 +123,7 @@ class Result(Shown):
 
     @property
     def converged(self) -> bool:
-        """Whether there are points, and each is an equilibrium at its target."""
+        """True if there are points, and each is an equilibrium at its target."""
         return bool(self.points) and all(point.converged for point in self.points)
 
     @cached_property

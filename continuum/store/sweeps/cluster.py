@@ -168,21 +168,21 @@ class SweepTask:
 
     @property
     def path(self) -> Path:
-        """The file that it makes: ``points/KEY.h5``, or ``searches/NAME.json`` of a search."""
+        """The file that it writes: ``points/KEY.h5``, or ``searches/NAME.json`` for a search."""
         return self.task.path
 
     @property
     def memory(self) -> float:
-        """Memory that it needs, about, in bytes."""
+        """Estimated memory, in bytes."""
         return self.task.memory
 
     @property
     def config(self) -> RunConfig:
-        """The input of its run; of a search, that of its lower end."""
+        """The input of its run; for a search, the input of its lower end."""
         return self.task.plan.config
 
     def run(self) -> Path:
-        """Run it, unless it is done, and return its path; why it fails is stored in the folder, and raised.
+        """Run it, unless it is done, and return its path; a failure is stored in the folder and raised.
 
         Raises LockedError if another process runs it now.
         """

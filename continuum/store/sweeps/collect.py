@@ -413,7 +413,7 @@ class Verification:
 
 
 def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
-    """Check every file of a sweep: checksums, schema, identity, and what the listing and own columns say of them.
+    """Check every file of a sweep: checksums, schema, identity, and agreement with the listing and your columns.
 
     It does not look at the text of functions that were given in Python, nor at tables, which ``collect`` writes anew.
 

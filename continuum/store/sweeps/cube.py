@@ -125,11 +125,11 @@ TAKEN = {*MAPS, "step", "x", "y", "system"}
 
 
 def sweep_maps(sweep: str | Path, where: Mapping[str, Any] | None = None) -> xarray.Dataset:
-    """Maps of contact, gaps and heights of all systems of a sweep, read from their files when they are used.
+    """Maps of contact, gaps and heights of all systems of a sweep, read from the files on demand.
 
-    The dimensions are the axes of the sweep, by the last part of their names where that is unique, and ``step``, ``x``
-    and ``y``; of a sweep that searches they are ``system``, ``step``, ``x`` and ``y``.  Maps of contact are booleans;
-    as long as systems are missing, or paths have not equally many points, they are numbers with NaN.
+    The dimensions are the axes of the sweep, named by the last part of their keys where that is unique, and ``step``,
+    ``x`` and ``y``; for a sweep with a search they are ``system``, ``step``, ``x`` and ``y``.  Maps of contact are
+    booleans; if systems are missing, or paths have different numbers of points, they are numbers with NaN.
 
     Parameters
     ----------
