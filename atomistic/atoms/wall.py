@@ -93,7 +93,7 @@ class RoughWall(Calculator):
     >>> tip = a.Round((40, 40), radius=20)  # whose axis is at (20, 20), here above the middle of the cell
     >>> wall = a.RoughWall(tip, atoms, 0.95, law, a0=2.55, contact_modulus=0.85, offset=(-15.5, -17.4))
     >>> atoms.calc = SumCalculator([EMT(), wall])
-    >>> round(-wall.get_forces(atoms)[:, 2].sum(), 2)
+    >>> round(float(-wall.get_forces(atoms)[:, 2].sum()), 2)
     -1.56
     """
 

@@ -288,6 +288,13 @@ class Slab(AnySlab):
     ------
     ArgumentError
         If a number is too small, or there are more atoms than LAMMPS can number.
+
+    Examples
+    --------
+    >>> import atomistic as a
+    >>> slab = a.Slab((4, 5), mobile=3)
+    >>> len(slab.to_atoms())  # of ASE: three layers that move, one that does not
+    80
     """
 
     shape: tuple[int, int]

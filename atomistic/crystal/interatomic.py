@@ -97,6 +97,12 @@ class Springs(Species, OfCube):
     Parameters
     ----------
     stiffness : k_s, in E* a0; the one for which the mean E*(100) is 1 if not given.
+
+    Examples
+    --------
+    >>> import atomistic as a
+    >>> round(a.Springs().stiffness, 3)  # in E* a0, so that E*(100) is 1
+    0.729
     """
 
     stiffness: float = field(default_factory=lambda: 1 / contact_modulus(Springs(1.0).elastic_constants))
@@ -203,6 +209,13 @@ class LennardJones(BondlessPotential):
     cutoff : in σ.
     truncation : which of these.
     inner : where the polynomial begins, in σ; none for "smooth/linear".
+
+    Examples
+    --------
+    >>> import atomistic as a
+    >>> crystal = a.elastic(a.LennardJones(cutoff=2.5)).model.crystal
+    >>> round(crystal.lattice_constant, 4)  # in σ
+    1.558
     """
 
     cutoff: float = 2.5

@@ -70,6 +70,12 @@ def find_potential(name: str | Path, folder: str | Path | None = None) -> Path:
         If it is not the name of a file.
     PotentialError
         If there is no such file.
+
+    Examples
+    --------
+    >>> import atomistic as a
+    >>> a.find_potential("Cu_mishin1.eam.alloy").name  # of those that come with LAMMPS
+    'Cu_mishin1.eam.alloy'
     """
     named = file_name("name", name)
     own = (Path() if folder is None else file_name("folder", folder)) / named
@@ -121,6 +127,13 @@ class EmbeddedAtom(BondlessPotential):
     ------
     ArgumentError
         If one of these is invalid.
+
+    Examples
+    --------
+    >>> import atomistic as a
+    >>> copper = a.EmbeddedAtom.read(a.find_potential("Cu_mishin1.eam.alloy"))
+    >>> copper.element, round(copper.cutoff, 2)  # in Å
+    ('Cu', 5.51)
     """
 
     style: Style

@@ -96,6 +96,14 @@ def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elas
     ------
     ArgumentError, ConfigError, PotentialError, LammpsError
         If an argument is not allowed, the crystal is not a stable fcc one, or LAMMPS fails.
+
+    Examples
+    --------
+    >>> import atomistic as a
+    >>> copper = a.EmbeddedAtom.read(a.find_potential("Cu_mishin1.eam.alloy"))
+    >>> crystal = a.elastic(copper).model.crystal
+    >>> round(crystal.lattice_constant, 3), round(crystal.energy, 2)  # in Å, in eV per atom
+    (3.615, -3.54)
     """
     from atomistic.response.cache import slab_response
 
@@ -218,6 +226,16 @@ def deck(
     ArgumentError, ConfigError, NotConvergedError
         If an argument or the input is at fault, the parts do not fit together, or the lattice has no equilibrium to
         start from.
+
+    Examples
+    --------
+    >>> import atomistic as a, continuum as c
+    >>> heights = c.sine(c.Grid.square(8), amplitude=0.2, waves=(1, 1))
+    >>> contact = c.Contact(heights, wall=c.LennardJonesSpline(adhesion_length=0.005))
+    >>> deck = a.deck(contact, a.Springs(), separation=1.2, depth=3)
+    >>> folder = deck.write("deck")
+    >>> [path.name for path in sorted(folder.glob("in.*"))]  # `lmp -in in.contact` runs it
+    ['in.contact', 'in.output', 'in.relax', 'in.slab', 'in.wall']
     """
     function("progress", progress)
     flag("start", start)
@@ -344,6 +362,16 @@ def write_wall(
     ArgumentError, TopographyError, OutputError, PluginError
         If an argument is not allowed, the map cannot be read or is too small, the folder has other files, or the plugin
         cannot be built.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import atomistic as a, continuum as c
+    >>> tip = a.Round(period=(40.0, 40.0), radius=20.0)
+    >>> law = c.LennardJonesSpline(adhesion_length=0.005)
+    >>> _ = a.write_wall(tip, "wall", a0=2.55, contact_modulus=0.85, law=law)  # Å, eV/Å³
+    >>> sorted(path.name for path in Path("wall").iterdir())
+    ['in.drive', 'in.drive.x', 'in.drive.y', 'in.drive.z', 'in.shape', 'in.wall', 'wall.table', 'wall.vtk']
     """
     reading = MapReading(edges, size=size, unit=unit, fill=fill)
     lengths = None
@@ -455,6 +483,16 @@ def read(directory: str | Path) -> DeckRun:
     ------
     ArgumentError, DeckError
         If it is not the name of a directory, or has no complete result.
+
+    Examples
+    --------
+    >>> import atomistic as a, continuum as c
+    >>> heights = c.sine(c.Grid.square(8), amplitude=0.2, waves=(1, 1))
+    >>> contact = c.Contact(heights, wall=c.LennardJonesSpline(adhesion_length=0.005))
+    >>> folder = a.deck(contact, a.Springs(), separation=1.2, depth=3).write("deck")
+    >>> _ = a.run_deck(folder)
+    >>> a.read(folder).certify().ok
+    True
     """
     return DeckRun.read(file_name("directory", directory))
 
@@ -476,6 +514,16 @@ def run_deck(
     ------
     ArgumentError, LammpsError
         If an argument is not allowed, or LAMMPS cannot be started or fails.
+
+    Examples
+    --------
+    >>> import atomistic as a, continuum as c
+    >>> heights = c.sine(c.Grid.square(8), amplitude=0.2, waves=(1, 1))
+    >>> contact = c.Contact(heights, wall=c.LennardJonesSpline(adhesion_length=0.005))
+    >>> folder = a.deck(contact, a.Springs(), separation=1.2, depth=3).write("deck")
+    >>> run = a.run_deck(folder)  # by the installed LAMMPS, in this process
+    >>> run.steps[-1].status, round(run.steps[-1].area_rep, 3)
+    ('CONVERGED', 0.0)
     """
     path = file_name("directory", directory)
     function("progress", progress)

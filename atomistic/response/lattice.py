@@ -86,6 +86,15 @@ class LatticeResponse:
     ------
     ValueError
         If the force constants do not fit the slab.
+
+    Examples
+    --------
+    >>> import numpy as np, atomistic as a, continuum as c
+    >>> grid = c.Grid.square(16)
+    >>> lattice = a.LatticeResponse.of_springs(a.Slab.of_depth(grid, depth=16), a.Springs())
+    >>> ratio = lattice.stiffness(grid)[0, 1] / c.HalfSpace().stiffness(grid)[0, 1]
+    >>> round(float(ratio), 3)  # of atoms to an isotropic half-space, for the longest wave
+    1.049
     """
 
     slab: Slab

@@ -273,6 +273,13 @@ def certify(
         If the folder is no sweep.
     ArgumentError
         If an argument is not allowed.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> path = c.run("inputs/smoke/hard.toml", settings={"grid.n": 64}).path
+    >>> c.certify(path).ok  # recomputed by independent code
+    True
     """
     given = file_name("path", path)
     count("sample", sample)

@@ -300,7 +300,16 @@ def _with_picture(shown: State | LoadingPath) -> str:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class State(PathState):
-    """One equilibrium of a contact, converged or not: its numbers, maps and figures."""
+    """One equilibrium of a contact, converged or not: its numbers, maps and figures.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> contact = c.Contact(c.sine(c.Grid.square(32), 0.5, (1, 1)), c.HardWall())
+    >>> state = contact.press(pressure=0.01).require()  # or an error that says why
+    >>> round(state.load_rep, 6), state.gap.shape
+    (0.01, (32, 32))
+    """
 
     contact: Contact = field(repr=False)
 
@@ -450,7 +459,22 @@ class State(PathState):
 
 @dataclass(frozen=True, eq=False)
 class LoadingPath(Sequence[State]):
-    """Equilibria of a contact along a path, in their order."""
+    """Equilibria of a contact along a path, in their order.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> wall = c.LennardJonesSpline(adhesion_length=0.01)
+    >>> contact = c.Contact(c.sine(c.Grid.square(32), 0.5, (1, 1)), wall)
+    >>> path = contact.path(mean_gap=[1.6, 1.4, 1.6, 2.0])
+    >>> path.to_pandas()[["branch", "load"]].round(4)
+            branch   load
+    step
+    0        start -0.009
+    1     approach -0.005
+    2      retract -0.009
+    3      retract  0.000
+    """
 
     contact: Contact = field(repr=False)
     states: tuple[State, ...] = field(repr=False)

@@ -121,6 +121,16 @@ def predict(
         If a map or the contact cannot be used.
     ArgumentError
         If an argument is of another type, such as a number instead of a text with its unit.
+
+    Examples
+    --------
+    >>> import numpy as np, continuum as c
+    >>> grid = c.Grid.square(64)  # heights below in nm
+    >>> heights = c.SelfAffine(0.8, 0.1, 8, 32).synthesise(grid, np.random.default_rng(1))
+    >>> contact = {"material": ["silicon", "silicon"], "work": "300mJ/m2"}
+    >>> found = c.predict(heights, size="64nm", unit="nm", periodic=True, **contact)
+    >>> found.sentence.partition(":")[0]
+    'Sticky'
     """
     given = {name: value for name, value in locals().items() if name in OPTIONS}
     if solve is not None:

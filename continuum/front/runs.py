@@ -201,6 +201,12 @@ def check(
         With all faults of the file, or of the first faulty system of a sweep.
     ArgumentError
         If an argument is not allowed.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> c.check("inputs/sweep/figure4.toml", reduced=True).sheet.rows[0]
+    ('systems', '240', '')
     """
     given, source = settings_of(settings), source_of(file)
     flag("measure", measure)
@@ -282,6 +288,15 @@ def run(
         If the input cannot be run, this machine has not the device, or the result cannot be stored.
     ArgumentError
         If an argument is not allowed.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> result = c.run("inputs/smoke/sphere.toml")  # comes with the package
+    >>> result
+    Result('results/sphere.h5', 13 points, 13 converged, 0 jumps)
+    >>> c.run("inputs/smoke/sphere.toml").resumed  # nothing is solved twice
+    13
     """
     given = settings_of(settings)
     function("progress", progress)
@@ -333,6 +348,14 @@ def threshold(
         If the input cannot be run, its wall has no work of adhesion, or the result cannot be stored.
     ArgumentError
         If an argument is not allowed.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> smoother = {"grid.n": 64, "surface.lambda_s": 16.0}
+    >>> result = c.threshold("inputs/smoke/threshold.toml", settings=smoother, area=[0.05])
+    >>> round(result.points[0].work_of_adhesion, 4)  # w_c, in E* a0
+    0.0034
     """
     areas = [number("area", each, above=0, below=1) for each in several("area", area)]
     if any(after <= before for before, after in pairwise(areas)):
@@ -372,6 +395,14 @@ def plot(result: str | Path | Result | Analysis | State | LoadingPath, folder: s
     folder : folder of the figures; by default that of the run, or the current folder for a state or a path.
 
     Raises StoreError if the file is not a run, ArgumentError if one of them is not the name of a file or folder.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> contact = c.Contact(c.sine(c.Grid.square(32), 0.5, (1, 1)), c.HardWall())
+    >>> state = contact.press(pressure=0.01)
+    >>> [path.name for path in c.plot(state)]
+    ['state.png']
     """
     from continuum.show.run_figures import draw  # matplotlib takes a while to import
 

@@ -104,6 +104,27 @@ def sweep(
         or there is no such cluster.
     ArgumentError, InputError
         If an argument is not allowed; or this machine has not the device, or its GPUs not the memory for the workers.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> file = {
+    ...     "grid": {"n": 64},
+    ...     "surface": {"kind": "sine", "amplitude": 0.5, "waves": [1, 1]},
+    ...     "wall": {"law": "hard"},
+    ...     "substrate": {"response": "half-space", "mean": "clamped"},
+    ...     "loading": {"control": "mean-pressure", "targets": [0.002, 0.004]},
+    ...     "sweep": {"axes": {"surface.amplitude": [0.4, 0.5]}},
+    ... }
+    >>> done = c.sweep(file, name="waves", workers=1)
+    >>> done.total, done.ok
+    (2, True)
+    >>> done.collect().to_pandas()[["surface.amplitude", "step", "area_rep"]].round(3)
+       surface.amplitude  step  area_rep
+    0                0.4   0.0     0.172
+    1                0.4   1.0     0.266
+    2                0.5   0.0     0.172
+    3                0.5   1.0     0.234
     """
     for argument, called in (("progress", progress), ("begun", begun), ("warn", warn), ("meanwhile", meanwhile)):
         function(argument, called)
@@ -220,6 +241,12 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     ------
     SweepError, OutputError
         If there is no sweep, or the tables cannot be written: there may be a table of your own.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> c.sweep_collect("results/waves").to_pandas()["area_rep"].size  # two states of two systems
+    4
     """
     root = file_name("sweep", sweep)
     place = Folder(root if output is None else file_name("output", output))

@@ -31,6 +31,13 @@ class Grid:
     shape : (nx, ny), at least 2 points each; odd and non-square grids are allowed.  One point along x makes it a line
         contact.
     lengths : (Lx, Ly), the periods, in a0.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> grid = c.Grid((64, 32), (64.0, 32.0))  # points, and periods in a0
+    >>> grid == c.Grid((64, 32), (64, 32)), c.Grid.square(64).lengths
+    (True, (64.0, 64.0))
     """
 
     shape: tuple[int, int]

@@ -50,6 +50,14 @@ def moments(grid: Grid, heights: Real) -> Moments:
     ----------
     grid : points of the surface.
     heights : shape ``grid.shape``, in a0.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> grid = c.Grid.square(64)
+    >>> found = c.moments(grid, c.sine(grid, amplitude=2, waves=(2, 0)))
+    >>> round(found.rms_height, 3), round(found.rms_slope, 3)  # 2/√2, and times 2π/32
+    (1.414, 0.278)
     """
     heights = field_of("heights", heights, instance("grid", grid, Grid).shape_here)
     # Heights too large to square are refused below, with their name, not by a warning of NumPy.
@@ -170,6 +178,15 @@ class SelfAffine(SelfAffineSpectrum):
     modes with w = C q²; it is therefore rescaled to ``rms_slope``, unless ``rescale`` is false.
 
     In Python its arguments are H, the slope, both wavelengths, in a0, and whether to rescale.
+
+    Examples
+    --------
+    >>> import numpy as np, continuum as c
+    >>> surface = c.SelfAffine(hurst=0.8, rms_slope=0.1, lambda_s=8, lambda_L=32)
+    >>> grid = c.Grid.square(64)
+    >>> heights = surface.synthesise(grid, np.random.default_rng(1))
+    >>> heights.shape, round(c.moments(grid, heights).rms_slope, 3)
+    ((64, 64), 0.1)
     """
 
     rms_slope: Slope

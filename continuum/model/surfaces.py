@@ -124,6 +124,13 @@ def sine(grid: Grid, amplitude: float, waves: tuple[int, int]) -> Real:
     amplitude : half the height from valley to crest, in a0.
     waves : number of waves per period along x and y, whole numbers, at most half the points; negative for the other
         diagonal.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> heights = c.sine(c.Grid.square(64), amplitude=2, waves=(2, 2))
+    >>> round(float(heights.max()), 6), heights.shape
+    (4.0, (64, 64))
     """
     return SineSurface(amplitude, waves).build(instance("grid", grid, Grid))
 
@@ -164,6 +171,14 @@ def sphere(grid: Grid, radius: float) -> Real:
     ----------
     grid : points of the surface.
     radius : radius of curvature at its lowest point, in a0.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> heights = c.sphere(c.Grid.square(64), radius=100)
+    >>> contact = c.Contact(heights, wall=c.HardWall())
+    >>> round(contact.press(pressure=0.001).area_rep, 3)
+    0.035
     """
     return SphereSurface(radius).build(instance("grid", grid, Grid))
 

@@ -218,6 +218,14 @@ class CubicLayer(PeriodicResponse, kind="crystal"):
 
     In Python its constants, in E*, are one argument: ``CubicLayer(depth, (c11, c12, c44), mean)``.
     :attr:`compressive_stiffness` is the mean mode of the layer itself.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> crystal = c.CubicLayer(float("inf"), (1.5, 0.9, 0.6), "clamped")
+    >>> along, diagonal = crystal.stiffness(c.Grid.square(8))[[0, 1], [1, 1]]
+    >>> round(float(diagonal / along / 2**0.5), 3)  # 1 for an isotropic body
+    0.947
     """
 
     example: ClassVar[Mapping[str, Any]] = {"c11": 1.2, "c12": 0.6, "c44": 0.5, "depth": 4.0, "mean": 0.3}

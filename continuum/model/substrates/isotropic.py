@@ -37,6 +37,12 @@ class HalfSpace(PeriodicResponse, kind="half-space"):
 
     E* is the unit of all tractions of wall and substrate.  The mean "clamped" is the paper's: an incompressible
     substrate on a rigid base.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> round(float(c.HalfSpace().stiffness(c.Grid.square(8))[0, 1]), 4)  # |q|/2 with q = 2π/8
+    0.3927
     """
 
     example: ClassVar[Mapping[str, Any]] = {"mean": "clamped"}
@@ -77,6 +83,14 @@ class Layer(PeriodicResponse, kind="layer"):
     computed with sinh 2x - 2x by its series where x is small, since there an incompressible layer is that difference
     alone (K_q = E* 3/(4 q² depth³) to leading order): to 1e-12 at any depth and Poisson ratio.
     :attr:`compressive_stiffness` is the mean mode of the layer itself.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> grid = c.Grid.square(8)
+    >>> thin, thick = (c.Layer(depth, 0.3, "clamped").stiffness(grid)[0, 1] for depth in (1, 100))
+    >>> round(float(thin), 4), round(float(thick), 4)  # the last is |q|/2, that of a half-space
+    (1.2019, 0.3927)
     """
 
     example: ClassVar[Mapping[str, Any]] = {"depth": 5.0, "poisson": 0.3, "mean": "clamped"}
@@ -213,6 +227,15 @@ class LayeredHalfSpace(PeriodicResponse, kind="layered-half-space"):
 
     In Python layers are tuples (thickness in a0, contact modulus in E*, Poisson's ratio), and so is the base (contact
     modulus in E*, Poisson's ratio).
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> film = (2.0, 10.0, 0.3)  # 2 a0 thick, ten times as stiff as the base
+    >>> stiffness = c.LayeredHalfSpace([film], base=(1.0, 0.5)).stiffness(c.Grid.square(64))
+    >>> plain = c.HalfSpace().stiffness(c.Grid.square(64))
+    >>> [round(float(stiffness[0, n] / plain[0, n]), 2) for n in (1, 32)]  # long waves, short waves
+    [1.01, 9.99]
     """
 
     example: ClassVar[Mapping[str, Any]] = {

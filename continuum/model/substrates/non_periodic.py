@@ -131,6 +131,14 @@ class NonPeriodicHalfSpace(Response, kind="non-periodic-half-space"):
     a periodic surface of twice the points along x and y.  Far away the half-space is at rest, and separations are
     counted from there.  Mean pressure and areas are per area of the grid.  The mean gap cannot be prescribed, since
     the mean displacement of a window is not an independent mode.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> sphere = c.sphere(c.Grid.square(32), radius=100)
+    >>> contact = c.Contact(sphere, c.HardWall(), c.NonPeriodicHalfSpace())
+    >>> round(contact.press(pressure=0.001).area_rep, 3)
+    0.06
     """
 
     example: ClassVar[Mapping[str, Any]] = {}

@@ -18,6 +18,15 @@ class TabulatedSubstrate:
     table : K_q, shape ``grid.shape_q``, in E*/a0; positive, except that q = 0 may be zero or infinite.
     lengths : periods of the grid it belongs to, in a0.
     source : description of its origin, stored with results.
+
+    Examples
+    --------
+    >>> import numpy as np, continuum as c
+    >>> grid = c.Grid.square(16)
+    >>> table = 2 * c.HalfSpace().stiffness(grid)
+    >>> substrate = c.TabulatedSubstrate(table, grid.lengths, "a half-space twice as stiff")
+    >>> bool(np.all(substrate.stiffness(grid) == table))
+    True
     """
 
     table: Real = field(repr=False)

@@ -103,5 +103,13 @@ def attraction_on_core(
     core_stiffness : traction per overlap, in E*/a0; at least the stiffness of the paper's law of this work and range.
     core_depth : depth to which the core of a spline is tabulated, in a0; the same line continues below it.  None for
         the depth at which the pressure is 10 E*.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> shape = {"adhesion_length": 0.01, "effective_range": 0.5}  # w/E* and Δr, in a0
+    >>> wall = c.attraction_on_core("exponential", **shape, core_stiffness=5)
+    >>> round(wall.work_of_adhesion, 6)
+    0.01
     """
     return AttractionOnCore(shape, adhesion_length, effective_range, core_stiffness, core_depth).build()

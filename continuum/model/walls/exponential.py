@@ -20,6 +20,13 @@ class Exponential(Wall, kind="exponential"):
 
     The literature's hard wall with exponential adhesion is its limit of large K.  The traction changes sign at
     z = -γ/(ρ K), and the work of adhesion is γ + γ²/(2 ρ² K).
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> wall = c.Exponential(surface_energy=0.01, decay_length=0.2, core_stiffness=5)
+    >>> round(wall.work_of_adhesion, 6)  # γ + γ²/(2 ρ² K)
+    0.01025
     """
 
     example: ClassVar[Mapping[str, Any]] = {"surface_energy": 0.01, "decay_length": 0.3, "core_stiffness": 2.0}

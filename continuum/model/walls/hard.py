@@ -20,6 +20,13 @@ class HardWall(Wall, kind="hard"):
     The hardness limits the traction.  Where it is reached, one of the bodies yields and keeps an imprint: the gap is
     then minus the depth of the new imprint, and points with a gap of zero or less are in contact.  Perfectly plastic,
     without hardening: Almqvist, Sahlin, Larsson and Glavatskih, Tribol. Int. 40, 574 (2007).
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> contact = c.Contact(c.sine(c.Grid.square(32), 0.5, (1, 1)), wall=c.HardWall())
+    >>> round(contact.press(pressure=0.01).area_rep, 3)
+    0.281
     """
 
     example: ClassVar[Mapping[str, Any]] = {}

@@ -25,6 +25,12 @@ class InversePowers(Wall):
 
     (m, n) = (9, 3) integrates the 12-6 potential between atoms over a half-space; (12, 6) is the 12-6 law taken
     for the surface itself, with a pressure of (a0/z)^13 - (a0/z)^7.  Work of adhesion k a0/(m n).
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> round(c.InversePowers((9, 3), adhesion_length=0.05).work_of_adhesion, 6)
+    0.05
     """
 
     instead: ClassVar[Mapping[str, str]] = {"adhesion_length": "minimum_stiffness"}

@@ -34,6 +34,13 @@ class LennardJonesSpline(Wall, kind="lennard-jones-spline"):
     Work of adhesion w = k r²/(12 a0²): with the paper's k = E* a0/2, w = E* r²/(24 a0), largest tension
     (2/27) E* r/a0 at x = r/3, largest softening E*/(6 a0), independent of the range.  ``range = 0`` is the purely
     repulsive wall of the paper's nonadhesive runs.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> wall = c.LennardJonesSpline(adhesion_length=0.05)
+    >>> round(wall.work_of_adhesion, 6), round(wall.range, 4)  # w = l_a E*, in E* a0; Δr in a0
+    (0.05, 1.0954)
     """
 
     example: ClassVar[Mapping[str, Any]] = {"adhesion_length": 0.005}

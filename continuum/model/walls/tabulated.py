@@ -24,6 +24,14 @@ class TabulatedWall(Wall):
     consistent.  Below the first knot the traction continues linearly, beyond the last it is zero.
 
     Raises ValueError unless gap and traction are such columns.  Two walls are equal only if they are one object.
+
+    Examples
+    --------
+    >>> import numpy as np, continuum as c
+    >>> gap = np.linspace(0, 2, 201)
+    >>> wall = c.TabulatedWall(gap, 0.1 * (1 - gap) * (2 - gap) ** 2)  # any traction, in E*
+    >>> round(wall.work_of_adhesion, 4)
+    0.0083
     """
 
     gap: Real

@@ -58,6 +58,16 @@ class Result(Shown):
     """A run on disk: numbers in memory, maps and fields read from the file on demand.
 
     :func:`continuum.plot` draws its figures.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> path = c.run("inputs/smoke/sphere.toml").path
+    >>> result = c.Result.read(path)
+    >>> result.points[0].status
+    'CONVERGED'
+    >>> round(float(result.to_pandas()["area_rep"].max()), 3)  # columns as in the file
+    0.085
     """
 
     path: Path

@@ -426,6 +426,12 @@ def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
     ------
     SweepError
         If there is no sweep.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> c.sweep_verify("results/waves").ok  # all files are complete and as they were written
+    True
     """
     root = file_name("sweep", sweep)
     flag("aside", aside)

@@ -144,6 +144,12 @@ def sweep_maps(sweep: str | Path, where: Mapping[str, Any] | None = None) -> xar
         If a key is on no axis, or systems are of several grids.
     StoreError
         While it is used, if a file is damaged.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> dict(c.sweep_maps("results/waves").sizes)
+    {'x': 64, 'y': 64, 'amplitude': 2, 'step': 2}
     """
     import xarray
 

@@ -237,6 +237,13 @@ def sweep_status(
         If the folder is not a sweep.
     ConfigError
         If the input is not that of a sweep.
+
+    Examples
+    --------
+    >>> import continuum as c
+    >>> status = c.sweep_status("results/waves")
+    >>> status.done, status.left
+    (2, 0)
     """
     root = file_name("sweep", sweep)
     changes: list[str] = []
