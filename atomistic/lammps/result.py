@@ -159,6 +159,7 @@ class DeckResult:
 
     @property
     def status(self) -> DeckStatus:
+        # Atoms in motion have forces at any time.
         if not self.averages and not self.largest_force <= self.tolerance:
             return DeckStatus.FORCES_LEFT
         if self.smallest_gap < self.core:

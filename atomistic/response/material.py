@@ -105,7 +105,7 @@ def require_style(potential: Potential) -> None:
     Raises PotentialError, with the package that a style is in, or a style of a similar name.
     """
     combined, words = potential.interactions().partition("\n")[0].split()[1:2], set[str]()
-    if combined[0].startswith("hybrid"):
+    if combined[0].startswith("hybrid"):  # the words that are styles: known ones, or of two parts as eam/alloy
         words = {word for word in potential.interactions().split()[2:] if word in _PACKAGE_OF or "/" in word}
     for style in [*combined, *sorted(words)]:
         if style in pair_styles():

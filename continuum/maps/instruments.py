@@ -47,6 +47,7 @@ def understood_form(path: Path) -> str | BinaryIO:
     with path.open("rb") as file:
         start = file.read(16)
         version = _SDF.match(start)
+        # Only files of these two formats are read whole, and changed in memory.
         if version is None and not start.startswith(_GWY):
             return str(path)
         file.seek(0)

@@ -165,9 +165,8 @@ def _columns(rows: Real, kinds: Sequence[str]) -> tuple[int, ...]:
     grid; the heights are then the third, or the first that is called so.
     """
     lines, count = rows.shape
-    if lines < FEWEST or count < 2:
-        return ()
-    if count >= FEWEST:
+    # Fewer rows than the smallest map has points, or as many columns as that has: a matrix of heights.
+    if lines < FEWEST or not 2 <= count < FEWEST:
         return ()
     along = tuple(kinds.index(name) for name in "xy" if name in kinds)
     if len(along) < 2 and count > 2 and _on_grid(rows[:, 0], rows[:, 1]):
@@ -205,7 +204,7 @@ def _of_axes(heights: Real, axes: Sequence[Real | None]) -> tuple[Real, tuple[fl
         if not np.array_equal(np.sort(index), np.arange(index.size)):
             raise ValueError(f"the positions along {'xy'[axis]} are not equidistant")
         heights = np.take(heights, np.argsort(index), axis=axis)
-        if step != 1 or positions.min() not in (0, 1):
+        if step != 1 or positions.min() not in (0, 1):  # 0, 1, 2 ... and 1, 2, 3 ... count points
             steps.append(step)
     return heights, tuple(n * step for n, step in zip(heights.shape, steps, strict=True)) if len(steps) == 2 else None
 

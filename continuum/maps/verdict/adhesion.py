@@ -247,7 +247,7 @@ def probe_pull_off(contact: RoughContact, radius: float, touched: float | None =
     radius = number("radius", radius, above=0)
     w, modulus, reach = contact.work_of_adhesion, contact.contact_modulus, contact.range
     left = None if contact.conformal_energy is None else w - contact.conformal_energy
-    apparent = left if left is not None and left > 0 else None
+    apparent = left if left is not None and left > 0 else None  # where full contact costs more than w, no bound
     sphere = MaugisDugdale(radius, w, reach, modulus)
     return ProbePullOff(
         radius=radius,

@@ -182,6 +182,7 @@ def find_threshold(
             found = replace(found, sampling=pressed.sampling_error(contact.roll_off))
     except NotConvergedError as error:
         return threshold.bounds(contact, f"the map could not be pressed: {error}")
+    # Searched for where asked to, or where w lies in the interval of the state, which then does not decide.
     if search is False or not (search or found.sticky(interface.work_of_adhesion) is None):
         return found
     seconds = expected_seconds(pressed, found)

@@ -191,6 +191,7 @@ class Record:
             "journal/solve_seconds": _times(self.seconds, 0, "wall time of the solve of the point itself"),
             **store.columns(self.points, "step"),
         }
+        # Of solves on one grid alone, columns of the points have all that these datasets would.
         if not all(map(_said_by, self.points, self.work)):
             datasets |= self._work()
         if self.events:
@@ -199,7 +200,7 @@ class Record:
             datasets["gap"] = Dataset(self.rows(np.array(self.gaps)), ("step", "x", "y"), "a0", "gap")
         if self.good and self.good[-1].imprint is not None:
             what = "depth of the imprint that the wall keeps, to which later heights are raised"
-            kind = np.float64 if restart else np.float32
+            kind = np.float64 if restart else np.float32  # in full where a path goes on from it
             datasets["imprint"] = Dataset(self.good[-1].imprint.astype(kind), ("x", "y"), "a0", what)
         if restart and self.good:
             for name in _OF_STATE:

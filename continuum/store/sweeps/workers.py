@@ -91,6 +91,7 @@ class Worker:
         else:
             with suppress(ConnectionError):
                 self.connection.send(None)
+        # Told to stop, a process stores its points first; without an answer in time it is killed.
         try:
             self._process.wait(timeout=_PATIENCE if now else None)
         except subprocess.TimeoutExpired:
