@@ -82,7 +82,8 @@ def equilibrium(
         solve = partial(_solution, problem, solver, lift, 0.0, pressure, None)
         # Once it has detached, the surface would recede until max_iterations.  No coarser grid is used: it may detach
         # at a tension that this one holds.
-        solution = _in_stretches(solve, start, replace(tight, warm_grids=0), partial(_has_left, problem, -pressure))
+        left, growth = partial(_has_left, problem, -pressure), 1 if problem.open_boundary is None else 2
+        solution = _in_stretches(solve, start, replace(tight, warm_grids=0), left, growth)
         if _has_left(problem, -pressure, solution.gap):
             return gone(problem, target, branch, solution)
     elif closer is not None and closer.hopeless is not None and problem.open_boundary is None:
@@ -133,18 +134,24 @@ def _in_stretches(
     start: Real | None,
     settings: Settings,
     ends: Callable[[Real], bool],
+    growth: int = 1,
 ) -> Solution:
-    """Solve in stretches, between which the gap is looked at: whether it is known by now that it need not go on."""
+    """Solve in stretches, between which the gap is looked at: whether it is known by now that it need not go on.
+
+    Each is longer than the last by a factor of ``growth``: 2 where a stretch does not go on where the last one ended,
+    as the gap of a window does not tell the displacement beside it, so that one of them has to come to an end.
+    """
     done: Solution | None = None
+    stretch = STRETCH
     while True:
         left = settings.max_iterations - (done.iterations if done else 0)
-        last = solve(start, replace(settings, max_iterations=min(left, STRETCH)))
+        last = solve(start, replace(settings, max_iterations=min(left, stretch)))
         done = last if done is None else _joined(done, last)
         if last.status is not Status.ITERATION_LIMIT or done.iterations >= settings.max_iterations:
             return done
         if ends(last.gap):
             return replace(done, status=Status.STOPPED)
-        start, settings = last.gap, replace(settings, warm_grids=0)
+        start, settings, stretch = last.gap, replace(settings, warm_grids=0), growth * stretch
 
 
 def _joined(first: Solution, second: Solution) -> Solution:

@@ -94,6 +94,18 @@ def test_a_trial_where_nothing_is_repeated_is_one_solve(monkeypatch: pytest.Monk
     assert pairs(found) <= 3.5 * alone.solution.fft_pairs
 
 
+def test_a_tension_where_nothing_is_repeated_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However short the first stretch, after which it is looked whether the surface has left: one comes to an end."""
+    grid = Grid.square(64)
+    heights = SelfAffine(0.8, 0.1, 8, 32).synthesise(grid, np.random.default_rng(1))
+    problem = ContactProblem(grid, Exponential(0.05, 0.5, 5.0), heights, NonPeriodicHalfSpace())
+    whole = equilibrium(problem, "mean-pressure", -0.002, SETTINGS).require()
+    monkeypatch.setattr("continuum.path.equilibrium.STRETCH", 5)
+    short = equilibrium(problem, "mean-pressure", -0.002, SETTINGS).require()
+    assert short.load == pytest.approx(-0.002, abs=2 * SETTINGS.tolerance)
+    assert short.area_rep == pytest.approx(whole.area_rep, abs=1.5 / grid.size)
+
+
 def test_a_jump_on_a_line_costs_some_times_its_far_end() -> None:
     """A line has no boxes, and its solves over a jump are long: they are stopped once they have gone over.
 
