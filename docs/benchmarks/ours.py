@@ -21,10 +21,10 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
-from continuum.model.walls import HardWall, Wall, attraction_on_core
+from continuum.model.walls import HardWall, LennardJonesSpline, Wall, attraction_on_core
 from continuum.path.loading import solve
 from continuum.path.state import PathState, Search
-from continuum.path.threshold_search import bracket_threshold
+from continuum.path.threshold_search import WallOfWork, bracket_threshold
 from continuum.solve import smooth
 from continuum.solve.backend import back_end
 from continuum.solve.compiled import tiles
@@ -103,13 +103,15 @@ def search(n: int, seed: int, adhesion_length: float) -> dict[str, Any]:
 def threshold(n: int, seed: int, hurst: float, reach: float) -> dict[str, Any]:
     """Work at which the load at `AREA` changes its sign, and the search for that area at this work.
 
-    As in inputs/sweep/law.toml: period 8 λ_L, four points to λ_s, h_rms = λ_L/512, a range in units of h_rms.
+    As in inputs/sweep/law.toml: period 8 λ_L, four points to λ_s, h_rms = λ_L/512, a spline on a core of 5 E*/a0 with a
+    range in units of h_rms.  With a range of 0 it is the paper's law, whose range follows from its work.
     """
     warm_up()
     grid = Grid.square(n)
     heights = SelfAffine(hurst, 0.1, 4.0, n / 8).synthesise(grid, np.random.default_rng(seed))
     heights *= n / 8 / 512 / heights.std()
-    wall = partial(attraction_on_core, "spline", effective_range=reach * n / 8 / 512, core_stiffness=5.0)
+    core = partial(attraction_on_core, "spline", effective_range=reach * n / 8 / 512, core_stiffness=5.0)
+    wall: WallOfWork = core if reach else lambda work: LennardJonesSpline(adhesion_length=work)
     problem = ContactProblem(grid, wall(1e-4), heights, HalfSpace())
     settings, how = Settings(1e-4 * problem.traction_scale), Search(0.05, 0.02)
     (there, state), seconds = _timed(lambda: bracket_threshold(problem, wall, AREA, settings, how, 0.02))

@@ -229,15 +229,17 @@ def threshold(rows: list[Row]) -> str:
     for (n, hurst, reach), group in groups(rows, "n", "hurst", "reach").items():
         ratios = [row["fft_pairs"] / row["search_pairs"] for row in group]
         cells.append((
-            f"{n}²", f"{hurst:g}", f"{reach:g}", ", ".join(f"{row['over_energy']:.3f}" for row in group),
+            f"{n}²", f"{hurst:g}", f"core, {reach:g} h_rms" if reach else "paper's law",
+            ", ".join(f"{row['over_energy']:.3f}" for row in group),
             ", ".join(f"{row['fft_pairs']:.0f}" for row in group), ", ".join(f"{row['solves']}" for row in group),
             ", ".join(f"{row['search_pairs']:.0f}" for row in group), ", ".join(f"{ratio:.1f}" for ratio in ratios),
         ))  # fmt: skip
-    head = ("grid", "H", "range/h_rms", "w/U", "FFT pairs", "equilibria", "of the search for the area", "ratio")
+    head = ("grid", "H", "wall", "w/U", "FFT pairs", "equilibria", "of the search for the area", "ratio")
     note = (
         "The threshold: work of adhesion at which the load at 1 % area changes its sign, bracketed to 2 %; seeds apart"
     )
-    return f"### {note}\n\n{table(head, cells)}"
+    said = "Core: a spline on a core of 5 E*/a0, with this range."
+    return f"### {note}\n\n{table(head, cells)}\n{said}\n"
 
 
 def kinds(rows: list[Row]) -> str:

@@ -275,7 +275,7 @@ def optimizers() -> Plan:
 
 def threshold(n: int) -> Plan:
     """The threshold beside the search for its area at one work of adhesion."""
-    for hurst, reach, seed in product((0.2, 0.8), (0.5, 1.6), SEEDS if n <= MOST_POINTS["threshold"] else ()):
+    for hurst, reach, seed in product((0.2, 0.8), (0.0, 0.5, 1.6), SEEDS if n <= MOST_POINTS["threshold"] else ()):
         point = {"n": n, "hurst": hurst, "reach": reach, "seed": seed}
         yield point, lambda results, point=point: results.job("ours.threshold", **point)
 
