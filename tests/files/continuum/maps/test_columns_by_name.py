@@ -65,7 +65,7 @@ def test_a_profile_under_odd_names_has_the_units_of_its_row(between: str, tmp_pa
 def test_a_row_of_units_that_are_no_length_is_refused(tmp_path: Path) -> None:
     for last in ("V", "a.u.", "nN"):
         path = table(tmp_path / "volts.csv", f"x,y,z\num,um,{last}", X, Y, HEIGHTS.T.ravel())
-        with pytest.raises(TopographyError, match=f"column 3 is in '{last}', which is no unit of length"):
+        with pytest.raises(TopographyError, match=f"column 3 is in '{last}', which is not a unit of length"):
             read_topography(path)
 
 
