@@ -258,7 +258,7 @@ def test_a_search_that_nobody_asked_for_is_given_up(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("continuum.maps.verdict.search.PATIENCE", 0.05)
     pressed = press_map(surface(), Interface(1.0, 1.0, RANGE, None))
     found = pressed.threshold()
-    with pytest.raises(NotConvergedError, match=r"not found within 15 pairs of transforms, 0\.05 times"):
+    with pytest.raises(NotConvergedError, match=r"stopped after 15 pairs of transforms, 0\.05 times"):
         search_threshold(pressed, found, limited=True)
     assert search_threshold(pressed, found).work > 0
 
