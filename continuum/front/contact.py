@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, SupportsIndex, overload
+from typing import TYPE_CHECKING, Self, SupportsIndex, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,12 +38,13 @@ from continuum.path.gradient import Given, Number, gradient
 from continuum.path.state import Event, PathState, Search, settled
 from continuum.path.threshold import Threshold, core_stiffness, press_without_adhesion
 from continuum.path.threshold_search import WallOfWork, bracket_threshold, first_work, laws_of
+from continuum.show.page import with_picture
 from continuum.solve.solution import NotConvergedError, Settings
 from continuum.solve.stability import Stability
 from continuum.store.runs.config import SolverTable
 from continuum.store.runs.record import frame_of
 from continuum.store.sheet import Column, Sheet, pairs
-from continuum.store.vtk import save_image
+from continuum.store.vtk import save_contact
 
 if TYPE_CHECKING:
     import pandas
@@ -291,13 +292,6 @@ class Contact:
         return press_without_adhesion(self.problem, area, self.settings, core, search).threshold(law_of)
 
 
-def _with_picture(shown: State | LoadingPath) -> str:
-    from continuum.show.page import picture
-    from continuum.show.plot import image_bytes
-
-    return shown.sheet()._repr_html_() + picture(image_bytes(shown.plot()), repr(shown))
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class State(PathState):
     """One equilibrium of a contact, converged or not: its numbers, maps and figures.
@@ -319,18 +313,13 @@ class State(PathState):
             f"N/A0 {self.load:.4g} E*, {self._ended})"
         )
 
-    _repr_html_ = _with_picture
+    _repr_html_ = with_picture
 
     @property
     def _ended(self) -> str:
         """End of the solve in words, and whether its area is that of few points."""
         few = self.converged and state.counts_few(self, self.contact.area_tolerance)
         return f"{self.status}, {state.NEAREST}" if few else self.status
-
-    @property
-    def found(self) -> State:
-        """The state itself; older scripts read its numbers there."""
-        return self
 
     @property
     def imprint(self) -> Real:
@@ -439,16 +428,9 @@ class State(PathState):
 
         Lengths are in a0; also the traction, in E*, where it is known.  Raises OutputError if it cannot be written.
         """
-        heights = self.contact.problem.heights
-        fields: dict[str, Any] = {
-            "heights": heights,
-            "gap": np.asarray(self.gap),
-            "displacement": self.separation + heights - self.gap,
-            "contact_map": self.contact_map.astype(np.uint8),
-        }
-        if np.isfinite(self.traction).all():
-            fields["traction"] = np.asarray(self.traction)
-        return save_image(file_name("path", path), self.contact.grid, fields)
+        problem, traction = self.contact.problem, self.traction if np.isfinite(self.traction).all() else None
+        shown = problem.heights, self.gap, self.separation, self.contact_map, traction
+        return save_contact(file_name("path", path), problem.grid, *shown)
 
     def plot(self) -> Figure:
         """Draw the contact map."""
@@ -497,7 +479,7 @@ class LoadingPath(Sequence[State]):
         good = sum(one.converged for one in self)
         return f"LoadingPath({len(self)} states, {good} converged, pull-off tension {self.pull_off:.4g} E*)"
 
-    _repr_html_ = _with_picture
+    _repr_html_ = with_picture
 
     @cached_property
     def adhesion(self) -> Adhesion:

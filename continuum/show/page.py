@@ -5,6 +5,7 @@ import html
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 import continuum
@@ -109,6 +110,14 @@ class Page:
             yield f"<h2>{html.escape(self.listing[0])}</h2><pre>{html.escape(self.listing[1])}</pre>"
         made = html.escape(f"stickiness {continuum.__version__}. {self.sources}")
         yield f"<footer>{made}</footer></body></html>"
+
+
+def with_picture(shown: Any) -> str:
+    """Sheet and picture of a state or a path, as a notebook shows it."""
+    from continuum.show.plot import image_bytes  # matplotlib takes half a second to import
+
+    sheet: Sheet = shown.sheet()
+    return sheet._repr_html_() + picture(image_bytes(shown.plot()), repr(shown))
 
 
 def picture(png: bytes, instead: str) -> str:

@@ -7,23 +7,34 @@ bytes before it.  The first index, x, changes fastest.
 import base64
 import re
 import struct
-from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.store import output
 
 _TYPES = {"f8": "Float64", "u1": "UInt8"}
 
 
-def save_image(path: Path, grid: Grid, fields: Mapping[str, NDArray[np.float64] | NDArray[np.uint8]]) -> Path:
-    """Write fields, shape ``grid.shape`` each, by name, as points of one image; returns its path.
+def save_contact(
+    path: Path, grid: Grid, heights: Real, gap: Real, separation: float, kinds: NDArray[np.uint8], traction: Real | None
+) -> Path:
+    """Write the fields of a state, with the map of contact and without an unknown traction; returns the path.
 
     Raises OutputError if it cannot be written.
     """
+    fields: dict[str, NDArray[Any]] = {
+        "heights": heights,
+        "gap": gap,
+        "displacement": separation + heights - gap,
+        "contact_map": kinds,
+    }
+    if traction is not None:
+        fields["traction"] = traction
     nx, ny = grid.shape
     extent = f"0 {nx - 1} 0 {ny - 1} 0 0"
     arrays = []

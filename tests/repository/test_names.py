@@ -38,7 +38,7 @@ TWICE = {"main", "check", "doctor"}
 COMMANDS = {
     "continuum/front/run_commands.py",
     "continuum/front/map_commands.py",
-    "continuum/front/sweep_commands.py",
+    "continuum/front/run_commands.py",
     "continuum/view/commands.py",
     "continuum/paper/commands.py",
     "atomistic/front/commands.py",
