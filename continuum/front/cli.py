@@ -48,7 +48,7 @@ app = program(
     "Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
     "a0 = 1 (atomic spacing), E* = 1 (contact modulus)",
     COMMANDS,
-    "front.run_commands",
+    "front.commands",
     {"predict": "front.map_commands", "view": "view.commands", "plot": "paper.commands", "examples": "paper.commands"},
 )
 sweep = App(name="sweep", help="run many systems from one input, on a laptop or a cluster")
@@ -63,7 +63,7 @@ OF_SWEEPS = {
 }
 # Imported when they are called: `continuum --help` needs none of them.
 for name, text in OF_SWEEPS.items():
-    module = "paper.commands" if name == "publish" else "front.sweep_commands"
+    module = "paper.commands" if name == "publish" else "front.commands"
     sweep.command(f"continuum.{module}:sweep_{name}", name=name, help=text)
 
 

@@ -1,12 +1,13 @@
 """The commands of ``continuum``: each calls the function of its name, shows what it returns, and says how it went.
 
-Those of maps are in :mod:`continuum.front.map_commands`, the others beside what they call: a run does not import that.
-
-The commands of ``continuum sweep``: each calls the function of its name and shows what it returns.
+Those of ``continuum sweep`` begin with ``sweep_``.  Those of maps are in :mod:`continuum.front.map_commands`, others
+beside what they call: a run does not import that.
 """
 
 import time
+import warnings
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,30 +17,18 @@ from cyclopts import Parameter
 from continuum.front import certify as certificates
 from continuum.front import doctor as examination
 from continuum.front import runs as front
+from continuum.front import sweeps
 from continuum.front.options import FIGURES, like
-from continuum.inputs.errors import NOT_CONVERGED, OK
+from continuum.inputs.errors import NOT_CONVERGED, OK, InputError
 from continuum.inputs.reading import load
 from continuum.inputs.reference import schema as schema_of
 from continuum.inputs.reference import template
-from continuum.show.console import progress, progress_of_known, report, warn
+from continuum.show.console import clear, on_a_bar, progress, progress_of_known, report, tell, until_ctrl_c, warn
 from continuum.solve.processes import sharing
 from continuum.store.runs.config import RunConfig
 from continuum.store.runs.record import Point
 from continuum.store.runs.result import Result
 from continuum.store.sheet import Sheet
-import time
-import warnings
-from collections.abc import Sequence
-from contextlib import ExitStack
-from pathlib import Path
-from typing import Annotated, Any
-
-from cyclopts import Parameter
-
-from continuum.front import sweeps
-from continuum.front.options import like
-from continuum.inputs.errors import OK, InputError
-from continuum.show.console import clear, on_a_bar, progress, report, tell, until_ctrl_c, warn
 from continuum.store.sweeps import collect as collecting
 from continuum.store.sweeps import status
 from continuum.store.sweeps.status import Span, SystemTime, effort_of, expected
@@ -128,7 +117,6 @@ def schema(kind: Annotated[Literal["run"], Parameter(help="input whose schema is
     """Print the JSON schema of an input, for editors that complete TOML."""
     print(schema_of(RunConfig), end="")
     return OK
-
 
 
 _OFTEN = 30.0

@@ -164,7 +164,7 @@ def test_what_is_stopped_does_not_end_as_what_did_not_converge(
     main, kind = program
     # A test runner that was started by nohup, or in the background, ignores them.
     before = {each: signal.signal(each, signal.default_int_handler) for each in (signal.SIGINT, signal.SIGHUP)}
-    module = "continuum.front.run_commands" if main is continuum.front.cli.main else "atomistic.front.commands"
+    module = "continuum.front.commands" if main is continuum.front.cli.main else "atomistic.front.commands"
     monkeypatch.setattr(f"{module}.schema_of", lambda _: signal.raise_signal(number))
     try:
         assert main(["schema", kind]) == 128 + number

@@ -148,7 +148,7 @@ def test_the_clients_import_no_further_room() -> None:
         ("tornado", {"continuum.view.server"}),
         (
             "cyclopts",
-            {f"continuum.front.{name}" for name in ("cli", "options", "run_commands", "map_commands", "sweep_commands")}
+            {f"continuum.front.{name}" for name in ("cli", "options", "commands", "map_commands")}
             | {"continuum.paper.commands", "atomistic.front.commands"},
         ),
         (

@@ -36,9 +36,8 @@ NOT_SAID = {
 # The two programs, and the two doors, which have a `check` each; a command has the name of the function that it calls.
 TWICE = {"main", "check", "doctor"}
 COMMANDS = {
-    "continuum/front/run_commands.py",
+    "continuum/front/commands.py",
     "continuum/front/map_commands.py",
-    "continuum/front/run_commands.py",
     "continuum/view/commands.py",
     "continuum/paper/commands.py",
     "atomistic/front/commands.py",

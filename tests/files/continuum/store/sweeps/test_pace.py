@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import continuum as c
-from continuum.front.run_commands import SweepProgress
+from continuum.front.commands import SweepProgress
 from continuum.inputs.toml import document
 from continuum.store.sheet import duration
 from continuum.store.sweeps.cluster import Allocation
