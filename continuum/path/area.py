@@ -38,7 +38,7 @@ from continuum.path.estimates import (
     usual_pressure,
 )
 from continuum.path.state import Branch, Control, Outcome, PathState, Search, event, height, nearness, numbers
-from continuum.solve.solution import Closer, Settings, Status
+from continuum.solve.solution import FinerTolerance, Settings, Status
 from continuum.solve.solver import Solver
 
 MOST_TRIALS = 40
@@ -96,7 +96,7 @@ def find_area(
         target, and has the one beyond it, if some was met, and both as its event.
     """
     known = previous if isinstance(previous, list) else list(previous)
-    seek = _Seek(problem, target, settings, loosened(settings), search, branch, solver, _Work(problem.grid.size))
+    seek = _AreaSearch(problem, target, settings, loosened(settings), search, branch, solver, _Work(problem.grid.size))
     found = None
     if known:
         found = seek.follow(known[-1], known[0] if len(known) == 2 else None)
@@ -119,7 +119,7 @@ class _Work:
         return state
 
 
-class _Seek:
+class _AreaSearch:
     """The search on one grid: what is looked for, and how far it has come."""
 
     def __init__(
@@ -138,7 +138,7 @@ class _Seek:
         self.settings, self.loose = settings, loose
         """Settings for the state that is sought, and for its trials."""
         self.hard, self.adhesive = problem.wall.bound == 0, problem.wall.work_of_adhesion > 0
-        self.guesses = problem.grid.size < work.size
+        self.is_coarse = problem.grid.size < work.size
         """Whether this is a coarser grid, which is asked for where to begin only."""
         self.along = False
         """Whether a branch is followed, so that what a trial starts from has to be an equilibrium of it."""
@@ -149,7 +149,7 @@ class _Seek:
         """Last state before the target; its numbers only, where the next trial does not start from it."""
         self.beyond: PathState | None = None
         """Numbers of the state at the other end of the bracket."""
-        self.reached = False
+        self.beyond_solved = False
         """Whether that was solved to the tolerance asked for, from a state before the target within the resolution."""
         self.start: PathState | None = None
         """State that the next trial starts from: the one before or, without adhesion, the last one."""
@@ -308,7 +308,7 @@ class _Seek:
         if coarse is None:
             return None
         # On the last grid before the finest one the area is met so closely that no step is left.
-        roughly = (COARSER if self.guesses or not carries else LAST) * tolerance
+        roughly = (COARSER if self.is_coarse or not carries else LAST) * tolerance
         roughly = min(max(roughly, FEW_POINTS / (self.target * coarse.grid.size)), max(tolerance, 0.3))
         search = self.search.model_copy(
             update={"area_tolerance": roughly, "area_resolution": None if self.hard else COARSER * self.resolution}
@@ -318,7 +318,7 @@ class _Seek:
         # A grid of half the points sees up to a hundredth more area; on a branch what is beyond is of no use.
         part = 1.0 if self.target > LARGE else 1 - tolerance / 2 if self.adhesive else 1 + 0.8 * tolerance
         solver = solver_of(coarse, self.settings)
-        below = _Seek(coarse, part * self.target, close, loose, search, self.branch, solver, self.work)
+        below = _AreaSearch(coarse, part * self.target, close, loose, search, self.branch, solver, self.work)
         found = below.run()
         if not found.solution.status.ok or (self.hard and not found.load > 0):
             return None
@@ -328,7 +328,7 @@ class _Seek:
         if found.beyond is not None:
             # The jump is looked for where it was.
             self.hint = abs(below.place(found.beyond) - place)
-        elif found.outcome is None and not self.guesses and tolerance / 2 < abs(left := below.left(found)) < LITTLE:
+        elif found.outcome is None and not self.is_coarse and tolerance / 2 < abs(left := below.left(found)) < LITTLE:
             # The finest grid is to meet the area at once, however few points a coarser one has in contact.
             place += left / self.known_slope if left > 0 or not self.adhesive else 0.0
         return place
@@ -356,7 +356,7 @@ class _Seek:
             elif not state.status.ok or (self.met(state.area_rep) and not self.rough(state)):
                 # Exits: the state that was asked for; or no equilibrium, and why.
                 return self._done(state)
-            self._take(state, reached=last and before is self.start and not self.rough(state) and state.status.ok)
+            self._take(state, beyond_solved=last and before is self.start and not self.rough(state) and state.status.ok)
             del state, before  # while the next one is looked for, one field is held
         # Exit: the work allowed is done.  Known is between which states the area lies.
         nearest = self.before or self.beyond
@@ -367,7 +367,7 @@ class _Seek:
         """Both ends of a bracket that is to be made no narrower, as the state that was found; None to search on."""
         assert self.before is not None
         assert self.beyond is not None
-        if self.guesses:
+        if self.is_coarse:
             # Exit: where a coarser grid jumps over the area tells where to begin; the ends are not asked for.
             return self._done(self.before, Outcome.JUMPED_OVER, self.beyond)
         if self.before is not self.start or self.rough(self.before):
@@ -383,7 +383,7 @@ class _Seek:
                 self._take(state)
                 self.along = self.adhesive
                 return None
-        if self.reached:
+        if self.beyond_solved:
             # Exit: the area jumps over the target, between two equilibria as near as asked for.
             return self._done(self.before, Outcome.JUMPED_OVER, self.beyond)
         state = self._trial(self._control(self.place(self.beyond)), tight=True, near=True, last=True)
@@ -490,13 +490,13 @@ class _Seek:
             if not self.adhesive or here >= place:
                 start, near = gap, near or here == place
         settings = self.settings if tight or self.hard else self.loose
-        closer = None
+        finer = None
         if not self.hard:
             stops = self.adhesive and self.before is not None and not last and self.start is not None
-            closer = Closer(self.settings.tolerance, self._worth, self._passed if stops else None)
+            finer = FinerTolerance(self.settings.tolerance, self._worth, self._passed if stops else None)
         if near:
             settings = replace(settings, warm_grids=0)
-        state = equilibrium(self.problem, control, at, settings, start, self.branch, self.solver, closer)
+        state = equilibrium(self.problem, control, at, settings, start, self.branch, self.solver, finer)
         self.carried = None if self.start is not None else self.carried
         self.trials += 1
         return self.work.add(state)
@@ -513,7 +513,7 @@ class _Seek:
         """Whether a trial on its way has gone far over the target: there is a jump."""
         return self.sign * self.scale(self._area(gap)) > LITTLE
 
-    def _take(self, state: PathState, *, holds: bool = True, reached: bool = False) -> None:
+    def _take(self, state: PathState, *, holds: bool = True, beyond_solved: bool = False) -> None:
         """Go on from a state, on its side of the target; without ``holds`` from its numbers."""
         nearest = min(
             (one for one in (self.before, self.beyond) if one), key=lambda one: abs(self.left(one)), default=None
@@ -528,7 +528,7 @@ class _Seek:
             self.before = state
             self.start = state if holds else self.start
         else:
-            self.beyond, self.reached = numbers(state), reached
+            self.beyond, self.beyond_solved = numbers(state), beyond_solved
             if holds and not self.adhesive:
                 # There is one state, from wherever it is reached: the last one serves, and one field is held.
                 self.start, self.before = state, self.before and numbers(self.before)

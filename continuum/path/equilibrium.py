@@ -16,7 +16,7 @@ from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.state import Branch, Control, PathState, coordinate, gone, state_of
 from continuum.solve.non_periodic import NonPeriodicSolver
-from continuum.solve.solution import Closer, Settings, Solution, Status
+from continuum.solve.solution import FinerTolerance, Settings, Solution, Status
 from continuum.solve.solver import Solver
 
 STRETCH = 50
@@ -47,11 +47,11 @@ def equilibrium(
     start: Real | None = None,
     branch: Branch = "start",
     solver: Solver | None = None,
-    closer: Closer | None = None,
+    finer: FinerTolerance | None = None,
 ) -> PathState:
     """Equilibrium at one separation, mean gap or mean pressure: as :func:`continuum.path.loading.solve` says.
 
-    ``closer`` is a finer tolerance, if the gap at that of the settings is worth it; under a bound it is left alone,
+    ``finer`` is a finer tolerance, if the gap at that of the settings is worth it; under a bound it is left alone,
     under a tension it holds from the beginning.
     """
     if control == "mean-gap" and problem.open_boundary is not None:
@@ -78,7 +78,7 @@ def equilibrium(
     # A solver made here is not kept for longer than it solves.
     solver = solver or solver_of(problem, settings)
     if pressure < 0 and mean == 0:
-        tight = settings if closer is None else replace(settings, tolerance=closer.tolerance)
+        tight = settings if finer is None else replace(settings, tolerance=finer.tolerance)
         solve = partial(_solution, problem, solver, lift, 0.0, pressure, None)
         # Once it has detached, the surface would recede until max_iterations.  No coarser grid is used: it may detach
         # at a tension that this one holds.
@@ -86,13 +86,13 @@ def equilibrium(
         solution = _in_stretches(solve, start, replace(tight, warm_grids=0), left, growth)
         if _has_left(problem, -pressure, solution.gap):
             return gone(problem, target, branch, solution)
-    elif closer is not None and closer.hopeless is not None and problem.open_boundary is None:
+    elif finer is not None and finer.hopeless is not None and problem.open_boundary is None:
         # Where nothing is repeated each stretch would begin with a residual as large as the first one's: the gap of the
         # window tells the displacement beside it in equilibrium only.  A solve of 90 iterations took 3733.
-        solve = partial(_solution, problem, solver, lift, mean, pressure, closer)
-        solution = _in_stretches(solve, start, settings, closer.hopeless)
+        solve = partial(_solution, problem, solver, lift, mean, pressure, finer)
+        solution = _in_stretches(solve, start, settings, finer.hopeless)
     else:
-        solution = _solution(problem, solver, lift, mean, pressure, closer, start, settings)
+        solution = _solution(problem, solver, lift, mean, pressure, finer, start, settings)
     if solution.status.ok and problem.grid.least(solution.gap) < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     law = problem.wall.law
@@ -116,7 +116,7 @@ def _solution(
     lift: float,
     mean: float,
     pressure: float,
-    closer: Closer | None,
+    finer: FinerTolerance | None,
     start: Real | None,
     settings: Settings,
 ) -> Solution:
@@ -126,7 +126,7 @@ def _solution(
         most = problem.wall.hardness
         return solver.constrain(heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean, most=most)
     posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean}
-    return solver.minimise(law, heights, start, settings, closer=closer, **posed)
+    return solver.minimise(law, heights, start, settings, finer=finer, **posed)
 
 
 def _in_stretches(

@@ -37,7 +37,7 @@ from continuum.path.state import (
     numbers,
     settled,
 )
-from continuum.solve.solution import Closer, Settings
+from continuum.solve.solution import FinerTolerance, Settings
 from continuum.solve.solver import Solver
 
 _CONTROLS: dict[str, Control] = {
@@ -300,9 +300,9 @@ def walk(
     while True:
         at, before = way.next(), good[-1]
         worth = partial(_worth, problem, before, way, at)
-        closer = Closer(settings.tolerance, worth)
+        finer = FinerTolerance(settings.tolerance, worth)
         start = moved_rigidly(problem, control, before, at)
-        trial = equilibrium(problem, control, at, loosened(settings), start, branch, solver, closer)
+        trial = equilibrium(problem, control, at, loosened(settings), start, branch, solver, finer)
         del start
         settings = replace(settings, warm_grids=0)
         left = trial.outcome is Outcome.PULLED_OFF

@@ -9,7 +9,7 @@ import numpy as np
 from continuum.model.fourier import Real
 from continuum.model.laws import Law, evaluate
 from continuum.model.substrates.non_periodic import OpenBoundary
-from continuum.solve.solution import Closer, Settings, Solution
+from continuum.solve.solution import FinerTolerance, Settings, Solution
 from continuum.solve.solver import Solver
 from continuum.solve.stability import ACCURACY, Stability, stability
 
@@ -42,7 +42,7 @@ class NonPeriodicSolver(Solver):
         settings: Settings,
         *,
         lift: float = 0.0,
-        closer: Closer | None = None,
+        finer: FinerTolerance | None = None,
         **posed: Any,
     ) -> Solution:
         """Minimise as the periodic solver does.
@@ -55,16 +55,16 @@ class NonPeriodicSolver(Solver):
 
         The rest is as for :meth:`continuum.solve.solver.Solver.minimise`.
         """
-        reach = _reach(law, settings.tolerance if closer is None else closer.tolerance)
-        if closer is not None:
-            worth = closer.worth
-            closer = Closer(closer.tolerance / 2, lambda gap: worth(self.boundary.inside(gap)))
-        posed, settings, solve = _of_all(**posed), _closer(settings), super().minimise
+        reach = _reach(law, settings.tolerance if finer is None else finer.tolerance)
+        if finer is not None:
+            worth = finer.worth
+            finer = FinerTolerance(finer.tolerance / 2, lambda gap: worth(self.boundary.inside(gap)))
+        posed, settings, solve = _of_all(**posed), _for_window(settings), super().minimise
         loaded = posed["mean_stiffness"] == 0
 
         def solved(around: Real) -> Solution:
             begin = None if start is None else self._start(law, around, start, lift, loaded=loaded)
-            return solve(law, around, begin, settings, lift=lift, closer=closer, **posed)
+            return solve(law, around, begin, settings, lift=lift, finer=finer, **posed)
 
         return self._unfelt(offset, lift, reach, solved)
 
@@ -79,7 +79,7 @@ class NonPeriodicSolver(Solver):
         **posed: Any,
     ) -> Solution:
         """As :meth:`minimise`, under a hard wall, where the start makes no difference."""
-        posed, settings, solve = _of_all(**posed), _closer(settings), super().constrain
+        posed, settings, solve = _of_all(**posed), _for_window(settings), super().constrain
 
         def solved(around: Real) -> Solution:
             # The energy is convex, and from the gap of a window alone no pressure follows.
@@ -182,7 +182,7 @@ def _reach(law: Law, tolerance: float) -> float:
     return float(gaps[min(np.flatnonzero(felt)[-1] + 1, gaps.size - 1)]) if felt.any() else float(gaps[0])
 
 
-def _closer(settings: Settings) -> Settings:
+def _for_window(settings: Settings) -> Settings:
     """The window is a quarter of the surface: a root-mean-square over it is at most twice that over all."""
     return replace(settings, tolerance=settings.tolerance / 2)
 

@@ -39,7 +39,7 @@ from continuum.solve.conjugate import Line, coarse_step, conjugate_line
 from continuum.solve.contact import ContactSteps
 from continuum.solve.grids import SmoothGrid
 from continuum.solve.line_search import LARGEST_RISE, Step, take_step
-from continuum.solve.solution import Closer, Goal, Iteration, Settings, Solution, Status
+from continuum.solve.solution import FinerTolerance, Goal, Iteration, Settings, Solution, Status
 
 COARSE_TOLERANCES, WARM_TOLERANCES = (3e1, 1e2, 1e3, 1e4), (1e2, 1e3, 1e3, 1e4)
 """Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for, and of one from a state
@@ -69,7 +69,7 @@ def minimise(
     pressure: float,
     lift: float,
     mean_stiffness: float,
-    closer: Closer | None = None,
+    finer: FinerTolerance | None = None,
 ) -> Solution:
     """Minimise ½ <u, K u> + <φ(offset + lift - u)> - F <u> over u, on a level that knows K.
 
@@ -79,10 +79,10 @@ def minimise(
     if not grid.set_problem(law, offset, start, lift=lift, pressure=pressure, mean_stiffness=mean_stiffness):
         return Solution(offset if start is None else start, Status.NON_FINITE, np.inf, 0, law=law)
     history: list[Iteration] = []
-    status = _solve(grid, levels, settings, 0, history, started=start is not None, closer=closer)
+    status = _solve(grid, levels, settings, 0, history, started=start is not None, finer=finer)
     tolerance = settings.tolerance
-    if closer is not None and history[-1].residual <= closer.tolerance:
-        tolerance = closer.tolerance
+    if finer is not None and history[-1].residual <= finer.tolerance:
+        tolerance = finer.tolerance
 
     # The gradient afresh, from z alone: g has gathered rounding errors on the way; corrections have none.
     residual = history[-1].residual if grid.corrected else grid.residual()
@@ -107,20 +107,20 @@ def _solve(
     history: list[Iteration],
     *,
     started: bool,
-    closer: Closer | None = None,
+    finer: FinerTolerance | None = None,
 ) -> Status:
     """Minimise on one level, from the solution on the next coarser grid, that one's from the next, and so on.
 
     The coarsest begins from u = 0 or, if there is a start, from its part of that.
     """
     tolerance, iterations = settings.tolerance, settings.max_iterations
-    if closer is not None:
+    if finer is not None:
         # Coarser grids prepare for the finer tolerance, which the solve may go on to.
-        settings = replace(settings, tolerance=closer.tolerance)
+        settings = replace(settings, tolerance=finer.tolerance)
     if depth:
         factors = WARM_TOLERANCES if started else COARSE_TOLERANCES
         tolerance, iterations = tolerance * factors[depth - 1], min(iterations, COARSE_LIMIT)
-    goal = Goal(tolerance, closer)
+    goal = Goal(tolerance, finer)
     coarse = grid.coarser if depth < (settings.warm_grids if started else len(COARSE_TOLERANCES)) else None
     descend = partial(_descend, grid, levels, settings.shift, goal, depth=depth, boxes=not (depth and started))
     if started:

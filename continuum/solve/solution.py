@@ -106,7 +106,7 @@ class Settings:
         return replace(self, shift=2 * self.shift)
 
 
-class Closer(NamedTuple):
+class FinerTolerance(NamedTuple):
     """A finer tolerance for a solve that turns out to be worth it, once it has reached that of its settings."""
 
     tolerance: float
@@ -122,7 +122,7 @@ class Goal:
     """The residual at which a solve ends: that asked for or, once there, a finer one if the gap is worth it."""
 
     bound: float
-    closer: Closer | None = None
+    finer: FinerTolerance | None = None
     _loose: float = 0.0
     """The bound before it became finer, else 0."""
 
@@ -133,21 +133,21 @@ class Goal:
             self.bound, self._loose = self._loose, 0.0
         if not residual <= self.bound:
             return False
-        closer = self.closer
-        if self._loose or closer is None or residual <= closer.tolerance or not closer.worth(look()):
+        finer = self.finer
+        if self._loose or finer is None or residual <= finer.tolerance or not finer.worth(look()):
             return True
-        self._loose, self.bound = self.bound, closer.tolerance
+        self._loose, self.bound = self.bound, finer.tolerance
         return False
 
     @property
     def last(self) -> float:
         """The residual at which a solve ends that goes on to the finer one."""
-        return self.closer.tolerance if self.closer else self.bound
+        return self.finer.tolerance if self.finer else self.bound
 
     def hopeless(self, look: Callable[[], Real]) -> bool:
         """Whether a solve that stalls may stop: not once its gap was worth to go on."""
-        closer = self.closer
-        return bool(closer and not self._loose and closer.hopeless is not None and closer.hopeless(look()))
+        finer = self.finer
+        return bool(finer and not self._loose and finer.hopeless is not None and finer.hopeless(look()))
 
 
 class Iteration(NamedTuple):

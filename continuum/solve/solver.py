@@ -12,7 +12,7 @@ from continuum.solve.backend import back_end
 from continuum.solve.grids import BoundGrid, SmoothGrid
 from continuum.solve.hard import constrain
 from continuum.solve.smooth import COARSE_TOLERANCES, minimise
-from continuum.solve.solution import Closer, Settings, Solution
+from continuum.solve.solution import FinerTolerance, Settings, Solution
 from continuum.solve.stability import Stability, stability
 
 
@@ -65,7 +65,7 @@ class Solver:
         pressure: float = 0.0,
         lift: float = 0.0,
         mean_stiffness: float | None = None,
-        closer: Closer | None = None,
+        finer: FinerTolerance | None = None,
     ) -> Solution:
         """Minimise ½ <u, K u> + <φ(offset + lift - u)> - F <u> over u.
 
@@ -78,12 +78,12 @@ class Solver:
         settings : when to stop; threads and device are those of the solver.
         pressure : F, a uniform pressure along u, in E*; of no effect where the mean of u is held.
         mean_stiffness : K at q = 0 instead of that of ``stiffness_q``; infinite holds the mean of u at zero.
-        closer : a finer tolerance, if the gap at that of the settings is worth it.
+        finer : a finer tolerance, if the gap at that of the settings is worth it.
         """
         mean = self._mean_stiffness if mean_stiffness is None else mean_stiffness
         posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean}
         settings = replace(settings, shift=self._stiffness(settings.shift))
-        return minimise(self._smooth, self._back_end.LEVELS, law, offset, start, settings, closer=closer, **posed)
+        return minimise(self._smooth, self._back_end.LEVELS, law, offset, start, settings, finer=finer, **posed)
 
     def constrain(
         self,

@@ -65,16 +65,16 @@ def problem_of(system: System) -> ContactProblem:
 def measure(system: System) -> dict[str, Any]:
     """Search, and count what each trial takes."""
     spent: dict[str, list[float]] = defaultdict(list)
-    find = searches._Seek._trial
+    find = searches._AreaSearch._trial
 
-    def trial(seek: searches._Seek, *given: Any, **named: Any) -> PathState:
+    def trial(seek: searches._AreaSearch, *given: Any, **named: Any) -> PathState:
         state = find(seek, *given, **named)
         n = seek.problem.grid.shape[0]
         side = "short" if seek.short(state.area_rep) else "past"
         spent[f"{n} {side}"].append(state.solution.fft_pairs * (n / N) ** 2)
         return state
 
-    with mock.patch.object(searches._Seek, "_trial", trial):
+    with mock.patch.object(searches._AreaSearch, "_trial", trial):
         found = solve(problem_of(system), "repulsive-area", system.area, Settings(TOLERANCE * SLOPE),
                       search=Search(area_resolution=RESOLUTION))  # fmt: skip
     other = found.beyond

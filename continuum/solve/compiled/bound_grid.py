@@ -11,9 +11,9 @@ from continuum.model.grid import Grid
 from continuum.solve.backend import SMALLEST_GAP, factor_of, most_work
 from continuum.solve.compiled import near_field, pressing
 from continuum.solve.compiled.compiling import TILE, Mask
+from continuum.solve.compiled.contact_fields import ContactPasses
 from continuum.solve.compiled.near_field import SIDE
 from continuum.solve.compiled.passes import Given, Sweep, Task, reused
-from continuum.solve.compiled.pressed import ContactPasses
 from continuum.solve.compiled.tiles import MOST, Tiles
 from continuum.solve.solution import Work
 

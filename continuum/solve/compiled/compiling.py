@@ -38,7 +38,7 @@ Index = NDArray[np.int64]
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
 _HERE = Path(__file__)
-_NAMED = ("sweeps", "points", "tractions", "pressing", "two_levels")
+_NAMED = ("spectra", "points", "tractions", "pressing", "two_levels")
 SOURCES = (Path(laws.__file__), _HERE, *(_HERE.with_name(f"{name}.py") for name in _NAMED))
 """Files, beside its own, whose functions, constants, options and types of arguments a sweep is compiled with."""
 

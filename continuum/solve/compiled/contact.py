@@ -14,7 +14,7 @@ import numpy as np
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.solve.backend import kernel_points
-from continuum.solve.compiled import sweeps
+from continuum.solve.compiled import spectra
 from continuum.solve.compiled.compiling import Field, Index, Single, compiled
 from continuum.solve.compiled.linear import SteppedPasses
 from continuum.solve.compiled.passes import Passes
@@ -89,7 +89,7 @@ class CompiledContact:
             grid.w[...], alpha = 0.0, 0.0
         low = grid.K.shape[0] + 1, grid.K.shape[1]  # so no mode is preconditioned, and d is left as it is
         given = grid.spectra, None, 0.0, alpha, 0.0, low
-        sums = grid.spectral(lambda a, b, sums: sweeps.finish_gradient(a, b, sums, *given), forward=not complete)
+        sums = grid.spectral(lambda a, b, sums: spectra.finish_gradient(a, b, sums, *given), forward=not complete)
         return float(np.sqrt(sums[0]))
 
     def pose(self) -> None:
@@ -135,8 +135,8 @@ class CompiledContact:
             lambda i, j, sums, u: step_off_contact(i, j, sums, u, *given), forward=True
         )[:4]
         self._mean = float(total) / grid.size
-        spectra = grid.spectra
-        gs, ss, sd = grid.spectral(lambda a, b, sums: step_sums(a, b, sums, spectra), forward=True)[:3]
+        fields = grid.spectra
+        gs, ss, sd = grid.spectral(lambda a, b, sums: step_sums(a, b, sums, fields), forward=True)[:3]
         return np.array([gs, ss, sd, (pull - self._mean * mean) / grid.size, dd / grid.size])
 
     def new_direction(self, beta: float) -> float:
@@ -402,9 +402,9 @@ def modes_in_series(first: int, last: int, sums: Real, work: Field, K: Field, k:
 
 
 @compiled
-def step_sums(first: int, last: int, sums: Real, spectra: sweeps.Spectra) -> None:
+def step_sums(first: int, last: int, sums: Real, given: spectra.Spectra) -> None:
     """Sums <g s>, <s K s> and <s K d> of the step s that was transformed."""
-    g, d, s, K, weights = spectra
+    g, d, s, K, weights = given
     gs = ss = sd = 0.0
     for i in range(K.shape[0]):
         for j in range(first, last):

@@ -18,7 +18,7 @@ and more.  Those go on from the last state where the tiles do not come to an end
 import numpy as np
 
 from continuum.model.fourier import Real
-from continuum.solve.compiled import pressing, sweeps, tractions
+from continuum.solve.compiled import pressing, spectra, tractions
 from continuum.solve.compiled.compiling import Field, Single
 from continuum.solve.compiled.smooth_grid import CompiledSmoothGrid
 from continuum.solve.compiled.tiles import TilePasses, Tiles
@@ -108,7 +108,7 @@ class TiledSmoothGrid(TilePasses, CompiledSmoothGrid):
         self._load(f)
         force = 0.0 if self.held else self.pressure
         mean = self.spectral(
-            lambda a, b, sums: sweeps.yielding(a, b, sums, self.w, self.K, force), forward=True, inverse=True
+            lambda a, b, sums: spectra.yielding(a, b, sums, self.w, self.K, force), forward=True, inverse=True
         )[0]
         self._lay()
         return float(mean)

@@ -8,11 +8,11 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.solve.compiled import sweeps
+from continuum.solve.compiled import spectra
 from continuum.solve.compiled.compiling import Field, Single
 from continuum.solve.compiled.passes import Passes
 from continuum.solve.compiled.points import linear_direction
-from continuum.solve.compiled.sweeps import Low, Spectra
+from continuum.solve.compiled.spectra import Low, Spectra
 from continuum.solve.conjugate import Line, coarse_step, conjugate_line
 
 
@@ -35,15 +35,15 @@ class SteppedPasses(Passes):
 
     def low_modes(self, shift: float, size: float) -> Real:
         assert self.linear is not None
-        return self.low(sweeps.finish_low_modes, self.spectra, shift, self.low_part[0], self.linear.x, size)
+        return self.low(spectra.finish_low_modes, self.spectra, shift, self.low_part[0], self.linear.x, size)
 
     def low_gradient(self, shift: float) -> Real:
-        return self.low(sweeps.low_gradient, self.spectra, shift, self.low_part[0])
+        return self.low(spectra.low_gradient, self.spectra, shift, self.low_part[0])
 
     def low_direction(self, beta: float) -> None:
         """Set d <- beta d - s for the modes of the coarser grid."""
         given = self.spectra, self.low_part[0], beta
-        self.low_inverse(lambda a, b, sums: sweeps.low_direction(a, b, sums, *given))
+        self.low_inverse(lambda a, b, sums: spectra.low_direction(a, b, sums, *given))
 
     def modes(self, shift: float, *, coarse: bool) -> tuple[Low, float]:
         """Rows and columns that a sweep leaves to the coarser grid, and c0 for the others."""
@@ -126,7 +126,7 @@ class CompiledLinearGrid(SteppedPasses):
         given = self.spectra, self.x, c0, alpha, beta, low
 
         def sweep(a: int, b: int, sums: Real) -> None:
-            sweeps.finish_gradient(a, b, sums, *given)
+            spectra.finish_gradient(a, b, sums, *given)
 
         return self.spectral(sweep, forward=not first, inverse=True, keep_low=coarse)
 
@@ -144,4 +144,4 @@ class CompiledLinearGrid(SteppedPasses):
         """Take the last step, after which nothing follows: x alone."""
         low, c0 = self.modes(shift, coarse=coarse)
         given = self.spectra, self.x, c0, alpha, beta, low
-        self.spectral(lambda a, b, sums: sweeps.linear_last(a, b, sums, *given), keep_low=coarse)
+        self.spectral(lambda a, b, sums: spectra.linear_last(a, b, sums, *given), keep_low=coarse)

@@ -22,7 +22,7 @@ from continuum.model.fourier import Complex, Real, block_edges, padded
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve import backend
-from continuum.solve.compiled import points, sweeps
+from continuum.solve.compiled import points, spectra
 from continuum.solve.compiled.compiling import SUMS, TILE, Field, Mask, Single
 from continuum.solve.solution import Work
 
@@ -110,7 +110,7 @@ class Passes:
 
     def restrict_q(self, spectrum: Real, coarse: Real, size: float = 1.0) -> None:
         """Set a spectrum of the coarser grid to the modes of this one's over ``size``, without Nyquist modes."""
-        self.low(sweeps.restrict_modes, spectrum, coarse, *self.low_part[:2], size)
+        self.low(spectra.restrict_modes, spectrum, coarse, *self.low_part[:2], size)
 
     # --- passes ------------------------------------------------------------------------------------------------
 

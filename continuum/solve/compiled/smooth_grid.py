@@ -11,7 +11,7 @@ from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.boxes import Boxes
-from continuum.solve.compiled import points, sweeps, tractions
+from continuum.solve.compiled import points, spectra, tractions
 from continuum.solve.compiled.compiling import Single
 from continuum.solve.compiled.contact import CompiledContact
 from continuum.solve.compiled.linear import CompiledLinearGrid, SteppedPasses
@@ -196,7 +196,7 @@ class CompiledSmoothGrid(SteppedPasses):
     def _elastic(self) -> None:
         """Gradient without the traction of the wall, from the spectrum of the displacement: K u - F."""
         force = 0.0 if self.held else self.pressure
-        self.spectral(lambda a, b, sums: sweeps.elastic_gradient(a, b, sums, self.g, self.w, self.K, force))
+        self.spectral(lambda a, b, sums: spectra.elastic_gradient(a, b, sums, self.g, self.w, self.K, force))
 
     def _lay(self) -> None:
         """The gap of a displacement that was transformed back."""
@@ -229,7 +229,7 @@ class CompiledSmoothGrid(SteppedPasses):
         """The gradient after a step, and M g."""
         low, c0 = self.modes(shift, coarse=coarse)
         given = self.spectra, None, c0, alpha, beta, low
-        return lambda a, b, sums: sweeps.finish_gradient(a, b, sums, *given)
+        return lambda a, b, sums: spectra.finish_gradient(a, b, sums, *given)
 
     @property
     def wall(self) -> Pull:

@@ -22,10 +22,10 @@ from continuum.solve import conjugate, hard, smooth
 from continuum.solve.arrays.smooth_grid import ArrayLinearGrid
 from continuum.solve.backend import back_end, factor_of
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid as BoundGrid
+from continuum.solve.compiled.contact_fields import runs
 from continuum.solve.compiled.corrections import TiledSmoothGrid as SmoothGrid
 from continuum.solve.compiled.linear import CompiledLinearGrid
 from continuum.solve.compiled.passes import Passes
-from continuum.solve.compiled.pressed import runs
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
 from tests.kinds import covering

@@ -20,7 +20,7 @@ from continuum.path.state import PathState
 from continuum.solve import contact
 from continuum.solve.boxes import LEAST, Boxes
 from continuum.solve.compiled.corrections import TiledSmoothGrid as SmoothGrid
-from continuum.solve.solution import Closer, Settings, Solution, Status, Work
+from continuum.solve.solution import FinerTolerance, Settings, Solution, Status, Work
 from tests.problems import Rough
 
 RANGE, WORK = 0.08, 0.2 * 0.08**2
@@ -134,9 +134,9 @@ def test_a_solve_stops_where_it_stalls_if_it_is_hopeless() -> None:
         seen.append(float(np.mean(problem.wall.touches(gap))))
         return len(seen) > 1
 
-    closer = Closer(1e-6, lambda gap: False, hopeless)
+    finer = FinerTolerance(1e-6, lambda gap: False, hopeless)
     at = problem.mean_height + problem.wall.zero_gap - float(np.quantile(problem.heights, 0.0125))
-    state = equilibrium(problem, "mean-gap", at, Settings(3e-6), closer=closer)
+    state = equilibrium(problem, "mean-gap", at, Settings(3e-6), finer=finer)
     assert state.status is Status.STOPPED
     assert not state.status.ok
     assert len(seen) == 2

@@ -8,11 +8,11 @@ from typing import Any
 
 from continuum.model import laws
 from continuum.solve.compiled import compiling as compiled
-from continuum.solve.compiled import near_field, points, pressing, sweeps, tractions, two_levels
+from continuum.solve.compiled import near_field, points, pressing, spectra, tractions, two_levels
 
 KERNELS: dict[str, Any] = {
     f"{module.__name__.split('.')[-1]}.{name}": kernel
-    for module in (sweeps, points, tractions, pressing, two_levels, near_field)
+    for module in (spectra, points, tractions, pressing, two_levels, near_field)
     for name, kernel in vars(module).items()
     if hasattr(kernel, "py_func") and kernel.py_func.__module__ == module.__name__ and kernel._cache is not None
     and "-" in kernel.py_func.__qualname__
@@ -53,7 +53,7 @@ def test_types_that_a_sweep_is_given_stand_in_the_named_sources() -> None:
     """numba's index names them: one that is gone would end a solve where code of an older version is on disk."""
     types = {
         (value, Path(inspect.getfile(value)))
-        for module in (sweeps, points, tractions, pressing, two_levels, near_field)
+        for module in (spectra, points, tractions, pressing, two_levels, near_field)
         for value in vars(module).values()
         if isinstance(value, type) and issubclass(value, tuple)
     }

@@ -20,7 +20,7 @@ from continuum.model.surface import SelfAffine
 from continuum.model.walls import InversePowers, LennardJonesSpline, Wall
 from continuum.solve.compiled import corrections, tractions
 from continuum.solve.compiled import tiles as tiles_of_cpu
-from continuum.solve.solution import Closer, Settings, Solution
+from continuum.solve.solution import FinerTolerance, Settings, Solution
 from continuum.solve.solver import Solver
 from tests import kinds
 
@@ -62,7 +62,7 @@ def solved(
     """At a mean gap, or with a displacement of the mean from there."""
     posed = {"lift": mean_gap - problem.mean_height, "pressure": pressure, "mean_stiffness": mean_stiffness}
     solver = Solver(problem.grid, problem.stiffness_q)
-    return solver.minimise(law_of(wall or problem.wall), problem.heights, start, settings, closer=None, **posed)
+    return solver.minimise(law_of(wall or problem.wall), problem.heights, start, settings, finer=None, **posed)
 
 
 def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tuple[Solution, Solution]:
@@ -238,10 +238,10 @@ def test_a_finer_tolerance_is_met_where_the_gap_is_worth_it() -> None:
             looked.append(gap.mean())
             return answer
 
-        closer = Closer(1e-8, worth)
+        finer = FinerTolerance(1e-8, worth)
         lift = 5.0 - problem.mean_height
         return Solver(problem.grid, problem.stiffness_q).minimise(
-            law_of(problem.wall), problem.heights, None, Settings(1e-6), lift=lift, mean_stiffness=np.inf, closer=closer
+            law_of(problem.wall), problem.heights, None, Settings(1e-6), lift=lift, mean_stiffness=np.inf, finer=finer
         )
 
     assert 1e-8 < solve(False).residual <= 1e-6

@@ -18,10 +18,10 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import HardWall, LennardJonesSpline, Wall
 from continuum.path.loading import solve
-from continuum.solve.compiled import passes, pressed
+from continuum.solve.compiled import contact_fields, passes
 from continuum.solve.compiled.bound_grid import CompiledBoundGrid
 from continuum.solve.smooth import _stalls
-from continuum.solve.solution import Closer, Goal, Iteration, Settings, Work
+from continuum.solve.solution import FinerTolerance, Goal, Iteration, Settings, Work
 
 GRID = Grid((256, 320), (256.0, 320.0))
 HEIGHTS = SelfAffine(0.8, 0.1, 8, 64).synthesise(GRID, np.random.default_rng(5))
@@ -55,7 +55,7 @@ def test_time_in_transforms_is_that_of_each_half_in_each_block_over_the_threads(
 ) -> None:
     """By a clock that goes on by a second at each look, in two blocks."""
     clock = count()
-    for module in (passes, pressed):
+    for module in (passes, contact_fields):
         monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: float(next(clock))))
     monkeypatch.setattr(passes, "block_edges", lambda length, points: [0, length // 3, length])
     monkeypatch.setattr(passes.Passes, "_each", lambda grid, task, blocks: [task(b) for b in range(blocks)])
@@ -91,7 +91,7 @@ def test_a_goal_becomes_finer_where_a_gap_is_worth_it_and_looser_where_that_is_l
     plain = Goal(1e-3)
     assert [plain.reached(residual, look) for residual in (2e-3, 1e-3, np.nan)] == [False, True, False]
     assert (plain.last, plain.hopeless(look), seen) == (1e-3, False, [])
-    goal = Goal(1e-3, Closer(1e-6, lambda gap: len(seen) > 1, lambda gap: len(seen) > 3))
+    goal = Goal(1e-3, FinerTolerance(1e-6, lambda gap: len(seen) > 1, lambda gap: len(seen) > 3))
     assert goal.reached(1e-3, look)  # not worth it
     assert (goal.last, goal.bound) == (1e-6, 1e-3)
     assert not goal.reached(1e-3, look)
