@@ -35,9 +35,9 @@ from continuum.store.output import distinct, reserved
 from continuum.store.provenance import journal, provenance
 from continuum.store.runs.build import RunSetup, build
 from continuum.store.runs.config import RunConfig
-from continuum.store.runs.growth import SMALL, Growth, KeptTrials, as_begun, contact_identity, growth_of, stored_state
 from continuum.store.runs.record import Point, Record, maps_in
 from continuum.store.runs.result import Result
+from continuum.store.runs.reuse import SMALL, Growth, KeptTrials, as_begun, contact_identity, growth_of, stored_state
 
 _RUNS = itertools.count()
 """Number of runs that this process has begun: the first one loads or compiles the solver."""

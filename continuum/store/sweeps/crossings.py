@@ -13,8 +13,8 @@ from continuum.path.state import JumpSide, Outcome
 from continuum.store import output
 from continuum.store.hdf5 import StoreError
 from continuum.store.identity import identity
-from continuum.store.runs.growth import save_trials
 from continuum.store.runs.result import Result
+from continuum.store.runs.reuse import save_trials
 from continuum.store.sheet import Column, Sheet
 from continuum.store.sweeps.axes import System, label_of
 from continuum.store.sweeps.bisection import Bisection

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from continuum.store.runs.growth import read_trials
+from continuum.store.runs.reuse import read_trials
 from continuum.store.sweeps.axes import Axis, System
 from continuum.store.sweeps.bisection import Bisection, bisection_faults
 from continuum.store.sweeps.columns import OwnColumn

@@ -19,7 +19,7 @@ from continuum.store.hdf5 import StoreError, UnreadError
 from continuum.store.identity import former_settings, identity
 from continuum.store.provenance import journal, made_by, provenance
 from continuum.store.runs.config import Cost, RunConfig, cost_of
-from continuum.store.runs.growth import Growth, growths
+from continuum.store.runs.reuse import Growth, growths
 from continuum.store.runs.run import follow_run
 from continuum.store.sweeps.axes import Axis, Sweep, System, label_of
 from continuum.store.sweeps.bisection import Bisection

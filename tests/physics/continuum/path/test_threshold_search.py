@@ -27,7 +27,7 @@ from continuum.path.threshold_search import WallOfWork
 from continuum.solve.solution import Settings
 from continuum.store.identity import identity, resolved, restored
 from continuum.store.runs.config import RunConfig
-from continuum.store.runs.growth import contact_identity
+from continuum.store.runs.reuse import contact_identity
 from continuum.store.runs.run import follow_run
 from continuum.theory.paper import snap_in_wavelength
 from tests.kinds import covering

@@ -17,8 +17,8 @@ from continuum.inputs.reading import load
 from continuum.store import datasets as store
 from continuum.store.runs.build import build
 from continuum.store.runs.config import RunConfig
-from continuum.store.runs.growth import growth_of
 from continuum.store.runs.result import Result
+from continuum.store.runs.reuse import growth_of
 from continuum.store.runs.run import follow_run
 from continuum.store.sweeps.axes import Sweep
 from continuum.store.sweeps.status import sweep_status

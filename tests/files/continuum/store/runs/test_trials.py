@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from continuum.store.runs.growth import KeptTrials, read_trials, save_trials
+from continuum.store.runs.reuse import KeptTrials, read_trials, save_trials
 
 PLACE, FOUND = ("mean-gap", 4096, 1.1, 0.1 + 0.2), [float("nan"), 1 / 3, 7, "CONVERGED"]
 
