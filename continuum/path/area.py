@@ -55,12 +55,14 @@ FEWEST, STEEPEST = 10.0, (4.0, 40.0)
 """Points by which areas must differ to tell a slope, and the largest one of small areas and of large ones, in units of
 that of the surface."""
 GROWTH, JUMP_STEP = 8.0, 4.0
-"""Steps outside of the bracket, over the last one at most, and where a coarser grid has jumped over the area."""
+"""Steps outside of the bracket, over the last one at most, and where a coarser grid has jumped over the area: there
+the first is as long as the coarse bracket.  Steps as long as the resolution took 1.03 to 1.36 times the pairs."""
 NO_PRESSURE = 1e-6
 """Mean pressure of a hard wall that is none, in tolerances."""
 LARGE, BY_PRESSURE = 0.5, 2
 """Areas beyond this, of contacts that are apart, are looked for by mean pressure first, in so many trials: it tells
-more there than the mean gap, of which hardly any is left."""
+more there than the mean gap, of which hardly any is left.  Under a hard wall, whose places are pressures throughout, a
+solve of 95 % takes 25 pairs, and 250 to 1000 at its mean gap."""
 COARSER, LAST = 3.0, 0.5
 """Resolution of the search on the next coarser grid and tolerance of its area, in units of those on this one; on the
 last one before the finest the second."""
@@ -510,7 +512,10 @@ class _AreaSearch:
         return self.met(area) or (self.along and self.short(area))
 
     def _passed(self, gap: Real) -> bool:
-        """Whether a trial on its way has gone far over the target: there is a jump."""
+        """Whether a trial on its way has gone far over the target: there is a jump.
+
+        Stopped wherever it has gone over, a search for 80 % without a jump took 1.5 times the pairs.
+        """
         return self.sign * self.scale(self._area(gap)) > LITTLE
 
     def _take(self, state: PathState, *, holds: bool = True, beyond_solved: bool = False) -> None:

@@ -26,7 +26,7 @@ from continuum.model.laws import Law, evaluate
 from continuum.solve.solution import Solution
 
 POINTS = 64
-"""Points of a box along a side, about."""
+"""Points of a box along a side, about; 32 are too few."""
 TILES = 4
 """A box is so many tiles along a side; its place is that of the residual in the middle ones."""
 FEWEST = 4

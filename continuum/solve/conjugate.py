@@ -11,7 +11,10 @@ from continuum.model.fourier import Real
 from continuum.solve.grids import Descending
 
 COARSE_ITERATIONS, COARSE_REDUCTION = 4, 0.3
-"""A coarse step ends after so many iterations, or when the coarse gradient has fallen by this factor."""
+"""A coarse step ends after so many iterations, or when the coarse gradient has fallen by this factor.
+
+Four on n/2, and in each of them four on n/4, do as well as an exact solution.
+"""
 
 
 class Line(NamedTuple):

@@ -22,13 +22,18 @@ from continuum.solve.grids import StiffContact
 from continuum.solve.line_search import Step
 
 STIFF = 0.1
-"""Points belong to the contact where the wall is stiffer than this part of K of the stiffest wave."""
+"""Points belong to the contact where the wall is stiffer than this part of K of the stiffest wave.
+
+Of a quantile of the stiffnesses instead, the tail of a long-ranged attraction counted as contact, and two states of ten
+did not descend.
+"""
 STIFFEST = 1.5
 """The contact's own step is made where the mean stiffness on the contact is at least so many K of the stiffest wave of
-the finest grid."""
+the finest grid.  Under the paper's law, which is softer, it took 2.1 times the pairs."""
 FELT, LARGEST = 0.01, 0.12
 """It is made where the wall is stiffer than a part of that K on at most this share of the points: the step leaves out
-what an attraction holds around the contact, and is too long where that is much."""
+what an attraction holds around the contact, and is too long where that is much.  With a tenth for the hundredth three
+states of a sharp spline took 1.15 to 1.4 times the pairs."""
 REDUCTION, DIRECTIONS = 0.1, 8
 """A step's equations are solved to this part of their residual, or in so many directions."""
 PATIENCE, SLOW = 5, 0.5
