@@ -354,7 +354,7 @@ class Tests:
 
             # A loop beyond the end of its part of a row reads the right numbers, unless that is asked about.
             os.environ |= {"NUMBA_CACHE_DIR": str(compiled), "NUMBA_BOUNDSCHECK": "1"}
-            numba.config.reload_config()  # type: ignore[no-untyped-call]
+            numba.config.reload_config()
         options = ["-q", "--tb=short", "-p", "no:cacheprovider", *([] if self.only else ["-x"])]
         code = pytest.main([*options, *self.files], plugins=[self])
         sys.stdout.flush()

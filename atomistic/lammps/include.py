@@ -244,7 +244,7 @@ class WallInclude:
             "reach": self.wall.zero_gap + self.wall.range,
             "repulsive": REPULSIVE,
             "attracted": ATTRACTED,
-        }  # fmt: skip
+        }
         for axis, length in zip("xy", self.period, strict=True):
             # Stretched to the box; its slopes, too.
             values[f"at_{axis}"] = f"({axis}-{axis}lo-v_here_{axis})*{formatted(length)}/l{axis}"

@@ -29,7 +29,7 @@ def versions() -> str:
             f"device {name}:": version_of(name) or f"not installed; pip install 'stickiness[{name}]'"
             for name in ("torch", "cupy", "jax")
         },
-    }  # fmt: skip
+    }
     return "\n".join(f"{name} {version}" for name, version in lines.items())
 
 

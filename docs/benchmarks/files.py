@@ -78,9 +78,9 @@ def thin(folder: Path) -> Rows:
     for seed in range(1, _TURNS + 1):
         system = build(load(ONE, RunConfig, {"surface.seed": seed}))
         contact = c.Contact(system.problem.heights, system.problem.wall)
-        press.append(_cpu(lambda contact=contact: contact.press(area=0.05)))  # type: ignore[misc]
+        press.append(_cpu(lambda contact=contact: contact.press(area=0.05)))
         path = folder / f"{seed}.h5"
-        run.append(_cpu(lambda seed=seed, path=path: c.run(ONE, path, settings={"surface.seed": seed})))  # type: ignore[misc]
+        run.append(_cpu(lambda seed=seed, path=path: c.run(ONE, path, settings={"surface.seed": seed})))
     return [
         ("32², one point: bytes of its file", f"{path.stat().st_size}"),
         ("CPU time of `press`", f"{1e3 * median(press):.1f} ms"),

@@ -297,7 +297,7 @@ def quoted() -> dict[str, str]:
         "necessary": claims.necessary(rows.assign(reference=True)),
         "kappa-rep": _from_narrow_to_wide(1 / bare.inverse_rep, bare.width),
         **{name: _from_narrow_to_wide(part[column], part.width) for name, (part, column) in drawn_by.items()},
-    }  # fmt: skip
+    }
 
 
 def power(rows: DataFrame, low: float, high: float) -> float:

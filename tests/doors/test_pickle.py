@@ -39,7 +39,7 @@ def result(folder: Path) -> c.Result:
 
 @cache
 def prediction() -> c.Prediction:
-    return c.predict(np.random.default_rng(2).normal(size=(32, 32)), **KNOWN)  # type: ignore[arg-type]
+    return c.predict(np.random.default_rng(2).normal(size=(32, 32)), **KNOWN)
 
 
 def study(folder: Path) -> c.Study:
@@ -47,7 +47,7 @@ def study(folder: Path) -> c.Study:
     place.mkdir(exist_ok=True)
     for name in ("a_1", "a_2", "b_1"):
         np.savetxt(place / f"{name}.txt", np.random.default_rng(ord(name[-1])).normal(size=(32, 32)))
-    return c.study(place, **KNOWN)  # type: ignore[arg-type]
+    return c.study(place, **KNOWN)
 
 
 @pytest.fixture(autouse=True)

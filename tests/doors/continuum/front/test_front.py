@@ -211,7 +211,7 @@ def test_commands_as_functions(tmp_path: Path, drawn: dict[str, Figure]) -> None
         np.testing.assert_array_equal(look(-1), look(4))
         for index in (5, 99, -6, [0], 1.0, None, "0", True):
             with pytest.raises(ArgumentError, match="whole number from -5 to 4: the run has 5 points"):
-                look(index)  # type: ignore[arg-type]
+                look(index)
 
 
 def test_a_prediction_in_one_line(tmp_path: Path) -> None:
@@ -259,7 +259,7 @@ def test_python_finds_what_others_expect(contact: c.Contact, tmp_path: Path) -> 
     # VTK: x changes fastest, and each array has its length before it.
     image = ElementTree.parse(path[-1].save_vtk(tmp_path / "state.vti")).getroot()
     nx, ny = contact.grid.shape
-    assert image.find(".//Piece").attrib["Extent"] == f"0 {nx - 1} 0 {ny - 1} 0 0"  # type: ignore[union-attr]
+    assert image.find(".//Piece").attrib["Extent"] == f"0 {nx - 1} 0 {ny - 1} 0 0"
     arrays = {each.attrib["Name"]: base64.b64decode(each.text or "") for each in image.iter("DataArray")}
     assert int.from_bytes(arrays["gap"][:8], "little") == len(arrays["gap"]) - 8
     gap = np.frombuffer(arrays["gap"][8:], "<f8").reshape(ny, nx)
@@ -269,7 +269,7 @@ def test_python_finds_what_others_expect(contact: c.Contact, tmp_path: Path) -> 
         "state.png",
     }
     with pytest.raises(TypeError, match="did you mean adhesion_length"):
-        c.LennardJonesSpline(adhesion_lenght=0.005)  # type: ignore[call-arg]
+        c.LennardJonesSpline(adhesion_lenght=0.005)
 
 
 def test_a_state_that_is_none_is_told_once_with_the_likely_cause(contact: c.Contact) -> None:
@@ -300,6 +300,6 @@ def test_an_unknown_argument_says_which_one_is_meant(contact: c.Contact, tmp_pat
 def test_settings_merge_into_a_table_or_replace_it_by_one_that_says_its_kind(tmp_path: Path) -> None:
     (tmp_path / "small.toml").write_text(SMALL)
     changed = {"surface": {"seed": 7}, "wall": {"law": "hard"}}
-    config = c.check(tmp_path / "small.toml", changed).system.config  # type: ignore[union-attr]
-    assert (config.surface.seed, config.surface.hurst) == (7, 0.8)  # type: ignore[attr-defined]
+    config = c.check(tmp_path / "small.toml", changed).system.config
+    assert (config.surface.seed, config.surface.hurst) == (7, 0.8)
     assert config.plain()["wall"] == {"law": "hard", "hardness": None}

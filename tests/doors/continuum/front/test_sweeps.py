@@ -176,7 +176,7 @@ def test_a_job_asks_for_what_it_is_told_to_ask_for(many: Path, capsys: pytest.Ca
 def test_a_job_asks_for_no_more_processes_than_it_has_systems(
     systems: int, asked: dict[str, int], given: tuple[int, int], many: Path
 ) -> None:
-    script = c.sweep_slurm(many, settings={"surface.seed": range(systems)}, **asked)  # type: ignore[arg-type]
+    script = c.sweep_slurm(many, settings={"surface.seed": range(systems)}, **asked)
     over = "array=1-" if "shards" in asked else "nodes="
     for line in (f"{over}{given[0]}", f"cpus-per-task={given[1]}"):
         assert f"#SBATCH --{line}\n" in script

@@ -89,7 +89,7 @@ def test_every_material_of_the_table_is_possible() -> None:
     for one in materials().values():
         for value, kind in ((one.modulus, "modulus"), (one.plane_strain_modulus, "modulus"), (one.range, "range"),
                             (one.work_of_adhesion or 1.0, "work"), (one.spacing or 1e-10, "spacing")):  # fmt: skip
-            assert not possible.fault(value, kind), (one.name, kind)  # type: ignore[arg-type]
+            assert not possible.fault(value, kind), (one.name, kind)
 
 
 @pytest.mark.parametrize(
@@ -110,7 +110,7 @@ def test_every_material_of_the_table_is_possible() -> None:
 )
 def test_predict_refuses_what_no_body_has(options: dict[str, str | float | None], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        c.predict(MAP, **{"size": "320nm", "unit": "nm"} | CONTACT | options)  # type: ignore[arg-type]
+        c.predict(MAP, **{"size": "320nm", "unit": "nm"} | CONTACT | options)
 
 
 def test_an_input_names_the_line_of_what_is_impossible(tmp_path: Path) -> None:

@@ -55,11 +55,11 @@ def known(work: float, low: float, high: float, source: Basis = Basis.STATE, **m
         "gap": np.ones(grid.shape), "wall": LennardJonesSpline(0.1), "grid": grid,
         "map": Grid.square(32), "warnings": (),
     }  # fmt: skip
-    return MapThreshold(**(given | more))  # type: ignore[arg-type]
+    return MapThreshold(**(given | more))
 
 
 def with_threshold(*bounds: float, **more: object) -> Prediction:
-    return replace(PREDICTED, threshold=known(*bounds, **more))  # type: ignore[arg-type]
+    return replace(PREDICTED, threshold=known(*bounds, **more))
 
 
 @pytest.mark.parametrize(

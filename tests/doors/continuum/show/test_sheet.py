@@ -81,7 +81,7 @@ def test_points_of_a_path_and_its_jumps_fit_with_their_longest_numbers(monkeypat
         points=[point] * 101, resumed=100, events=[event], _not_looked_at=lambda: [True] * 101,
         _count_few=lambda: [f", {NEAREST}"] * 101,
     )  # fmt: skip
-    for sheet in Result.sheets(run):  # type: ignore[arg-type]
+    for sheet in Result.sheets(run):
         assert max(map(len, sheet.text().splitlines())) <= WIDEST
         seen = io.StringIO()
         terminal = Console(force_terminal=True, color_system=None, width=WIDEST, file=seen)

@@ -283,7 +283,7 @@ def test_an_option_has_the_answer_that_the_terminal_has_for_the_same_words(
 
     def once(maps: list[Topography], *of: object) -> Any:
         key = tuple((one.digest, one.lengths, one.steps, one.source) for one in maps), repr(of)
-        return made[key] if key in made else made.setdefault(key, prediction_of(maps, *of))  # type: ignore[arg-type]
+        return made[key] if key in made else made.setdefault(key, prediction_of(maps, *of))
 
     monkeypatch.setattr("continuum.front.predict.prediction_of", once)
     monkeypatch.setattr(Prediction, "write", lambda *given: ["page"])

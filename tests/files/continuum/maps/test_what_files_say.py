@@ -34,7 +34,7 @@ def test_a_header_is_not_thrown_away_when_something_is_given(given: dict[str, st
     assert as_it_is.lengths == pytest.approx((0.32e-6, 0.2e-6))
     np.testing.assert_allclose(as_it_is.heights, 1e-9 * HEIGHTS, rtol=1e-5)  # six digits
     with pytest.raises(TopographyError, match="the file itself says the"):
-        read_all([path], **given)  # type: ignore[arg-type]
+        read_all([path], **given)
     # What agrees is no conflict, and what overrules is said.
     assert read_all([path], size="320nm,200nm", unit="m")[0].lengths == as_it_is.lengths
     larger = read_all([path], unit="mm", size="1um", override_size=True)

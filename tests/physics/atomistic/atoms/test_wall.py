@@ -245,7 +245,7 @@ def test_the_order_of_the_atoms_is_free_where_the_wall_follows_them():
         (False, "atoms", lambda slab: Atoms("CuNi143", slab.positions, cell=slab.cell), "elements of the slab, Cu144"),
     ],
     ids=["sorted", "sorted and held", "moved and held", "moved", "flipped", "stretched", "nan", "elements"],
-)  # fmt: skip
+)
 def test_a_slab_that_changed_after_its_wall_was_made_is_refused(held, follows, change, words):
     slab, _ = copper()
     if held:

@@ -27,7 +27,7 @@ def test_there_is_a_cost_for_each_crystal_and_an_input_for_each_protocol() -> No
     assert Interatomic.kinds.keys() <= _SEEN.keys()
     inputs = [load(path, DeckConfig) for path in DECKS]
     assert {config.interatomic.kind for config in inputs} == set(Interatomic.kinds)
-    assert {config.protocol.kind for config in inputs if config.protocol} == set(ProtocolTable.kinds)  # type: ignore[attr-defined]
+    assert {config.protocol.kind for config in inputs if config.protocol} == set(ProtocolTable.kinds)
 
 
 def told(path: Path) -> tuple[float, float, float]:

@@ -188,7 +188,7 @@ def test_a_crystal_of_a_call_is_that_of_an_input(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"crystal.face"):
         a.deck(square, separation=1.0, crystal={"face": "1x1"})
     with pytest.raises(ArgumentError, match=r'a table, as {"face": "111"}'):
-        a.deck(square, separation=1.0, crystal="111")  # type: ignore[arg-type]
+        a.deck(square, separation=1.0, crystal="111")
     with pytest.raises(TypeError, match="leave out crystal"):
         a.deck(INPUTS / "copper-111.toml", crystal={"face": "111"})
 

@@ -112,7 +112,7 @@ def test_atoms_that_exchange_neighbours_before_any_pair_has_moved_by_half_are_se
 def state(moved: np.ndarray) -> DeckResult:
     flat = np.zeros(SLAB.shape)
     numbers = {column.name: 0.0 for column in fields(DeckResult) if column.metadata}
-    return DeckResult(SLAB, flat, flat, flat, moved, np.zeros(SITES), **numbers)  # type: ignore[arg-type]
+    return DeckResult(SLAB, flat, flat, flat, moved, np.zeros(SITES), **numbers)
 
 
 def test_fixed_bonds_never_yield() -> None:
@@ -152,7 +152,7 @@ def steps_of(
     loads = [max(1 - s, 0.0) ** power for s in separations]
     first = len(separations) if slipped_from is None else slipped_from
     steps = tuple(
-        DeckStep(**zero | {  # type: ignore[arg-type]
+        DeckStep(**zero | {
             "separation": s, "load": load, "load_rep": load, "area_rep": 0.5, "slipped": 3 * (i >= first),
             "status": "YIELDED" if i >= first else "CONVERGED",
         }) for i, (s, load) in enumerate(zip(separations, loads, strict=True))

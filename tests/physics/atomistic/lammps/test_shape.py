@@ -267,4 +267,4 @@ def test_a_shape_that_is_not_that_of_the_heights_is_refused():
         Waves(PERIOD, 0.0, ((0.1, 1, 0, 0.0),) * 13)
     for wave in (5, "0.1,1", (0.1, 1, 0)):
         with pytest.raises(ValueError, match=r"waves = .*\(A, mx, my, φ\) of each wave"):
-            Waves(PERIOD, 0.0, (wave,))  # type: ignore[arg-type]
+            Waves(PERIOD, 0.0, (wave,))

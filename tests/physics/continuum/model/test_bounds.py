@@ -70,7 +70,7 @@ BOUNDS: list[tuple[Callable[..., Any], dict[str, Any], list[Any], list[Any]]] = 
     (SelfAffine, {"hurst": None, "rms_slope": 0.1, "lambda_s": 2.0, "lambda_L": 4.0}, [1e-6, 1 - 1e-15], [0.0, 1.0]),
     (SelfAffine, {"hurst": 0.8, "rms_slope": None, "lambda_s": 2.0, "lambda_L": 4.0}, [1e-100, 10.0], [0.0, 10.001]),
     (SelfAffine, {"hurst": 0.8, "rms_slope": 0.1, "lambda_s": None, "lambda_L": 4.0}, [LEAST, 3.999], [0.0, 4.001]),
-]  # fmt: skip
+]
 
 
 def test_a_number_goes_to_its_bounds_and_no_further() -> None:
@@ -124,7 +124,7 @@ TABLES: list[tuple[type[Any], dict[str, Any], str, list[Any], list[Any]]] = [
     (Search, {}, "event_resolution", [None, 1e-9, 1.0], [0.0, 0.999e-9]),
     (GridTable, {}, "n", [2, LARGEST_N, (1, 2), (1, LARGEST_N)], [1, 0, (2, 1), (0, 2), (1, 1), LARGEST_N + 1]),
     (GridTable, {"n": (4, 8)}, "period", [(4, 8), (2, 4), (1, 1), 4], [(0, 8), (4, 0), (3, 8), (4, 3), (0.5, 8)]),
-]  # fmt: skip
+]
 
 
 def test_a_key_of_an_input_goes_to_its_bounds_and_no_further() -> None:

@@ -302,7 +302,7 @@ def test_what_has_no_derivative_is_refused_in_words() -> None:
     ask = partial(gradient, here.problem, here.state, TIGHT)
     for wrong in ("w", None, 1):
         with pytest.raises(ArgumentError, match=r"number = .*pull_off"):
-            ask(wrong)  # type: ignore[arg-type]
+            ask(wrong)
     with pytest.raises(ArgumentError, match="wall = None"):
         ask("threshold")
     with pytest.raises(ArgumentError, match=r"wall = .*the law of the state"):

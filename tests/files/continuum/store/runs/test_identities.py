@@ -81,7 +81,7 @@ def _folder(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def changed(key: str, i: int) -> RunConfig:
-    tables = dict(load("inputs/smoke/nonadhesive.toml", RunConfig).source.data)  # type: ignore[union-attr]
+    tables = dict(load("inputs/smoke/nonadhesive.toml", RunConfig).source.data)
     return load(tables | {"loading": {"control": "mean-pressure", "targets": [0.1]}, key: CHANGES[key][i]}, RunConfig)
 
 

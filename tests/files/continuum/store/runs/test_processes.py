@@ -49,7 +49,7 @@ def begun(folder: Path, rank: int, size: int) -> subprocess.Popen[str]:
     own = {"PMI_RANK": str(rank), "PMI_SIZE": str(size), "MPI_LOCALNRANKS": str(size), "JAX_PLATFORMS": "cpu"}
     command = [sys.executable, "-m", "continuum", "run", str(folder / "shared.toml"), "--output", str(folder)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    return subprocess.Popen(command, cwd=ROOT, env=os.environ | own, **pipes)  # type: ignore[call-overload,no-any-return]
+    return subprocess.Popen(command, cwd=ROOT, env=os.environ | own, **pipes)
 
 
 @needs_jax
