@@ -50,8 +50,8 @@ class LennardJonesSpline(Wall, kind="lennard-jones-spline"):
     zero_gap: ClassVar[float] = 1.0
 
     range: Annotated[float, Field(ge=0, le=LARGEST), InInputs(le=LARGEST_RANGE), Instead] = NOT_GIVEN
-    """distance over which the wall attracts, in a0: 0 for no adhesion, at most 3 in an input, as the tension exceeds
-    0.2 E* beyond, the strength of crystals; instead of adhesion_length"""
+    """distance over which the wall attracts, in a0; 0 for no adhesion; at most 3 in an input, where the tension reaches
+    0.2 E*, the strength of crystals; instead of adhesion_length"""
     minimum_stiffness: Positive = 0.5
     """stiffness per area at the minimum, in E*/a0; the paper's is 1/2"""
     core: Fraction = CORE

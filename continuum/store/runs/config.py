@@ -119,15 +119,15 @@ class SolverTable(ToleranceTable):
     threads: Annotated[int, Field(ge=1, le=MOST_THREADS)] = 1
     """threads of the solver; they do not change results"""
     stability: bool = False
-    """whether to compute the lowest eigenvalue of the Hessian of each point under a law, in one or two hundred FFT
-    pairs; a saddle point then counts as not converged"""
+    """whether to compute the lowest eigenvalue of the Hessian of each point, except under a hard wall, in one or two
+    hundred FFT pairs; a saddle point then counts as not converged"""
     device: Annotated[str, AfterValidator(_device)] = "cpu"
-    """what the solver runs on: "cpu", compiled sweeps on processor cores; a library of arrays, "numpy", "torch",
-    "torch:cuda", "cupy", "jax"; or "cuda", the first of PyTorch, CuPy and JAX that sees a GPU. Results of two devices
-    agree but for rounding and, where a contact has several equilibria, may be different ones; they are kept apart"""
+    """device of the solver: "cpu", compiled loops on processor cores; a library of arrays, "numpy", "torch",
+    "torch:cuda", "cupy", "jax"; or "cuda", the first of PyTorch, CuPy and JAX that sees a GPU. Two devices give the
+    same results up to rounding, but may find different equilibria if there are several; results are stored apart"""
     shards: Annotated[int, Field(ge=1, le=MOST_SHARDS)] = 1
-    """devices over which "jax" divides the points: GPUs, or parts of a processor. It has to divide the points along x.
-    Results agree but for rounding"""
+    """number of devices among which "jax" divides the points: GPUs, or parts of a processor. It must divide the number
+    of points along x. Results agree up to rounding"""
 
     @constraint
     def _device_of_shards(self) -> Iterator[Fault]:
@@ -304,7 +304,7 @@ class OutputTable(Table):
     """whether to store heights and gaps in full, in single precision"""
     last_state: bool | None = None
     """whether to store the gap of the last point in double precision, so that a longer path can continue from it; by
-    default on grids of at most 1024 x 1024 points, but for the only point of a grid of at most 64 x 64"""
+    default on grids of at most 1024 x 1024 points, except for a single point on a grid of at most 64 x 64"""
 
 
 class RunConfig(Document):
