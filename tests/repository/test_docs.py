@@ -159,6 +159,15 @@ def test_the_paper_is_cited_by_its_title_and_its_preprint_by_its_own() -> None:
         assert not re.search(r"sticky\?\W{1,3}\s*(PNAS|Proceedings)", page)
 
 
+def test_the_bibtex_of_the_software_has_the_fields_of_its_citation_file() -> None:
+    cited, (software, article) = Citation.read(), (ROOT / "docs" / "cite.bib").read_text().split("\n\n")
+    told = dict(re.findall(r"(\w+) += \{(.*)\},$", software.replace("{Green's}", "Green's"), re.MULTILINE))
+    assert told["author"] == "{" + " and ".join(cited.authors) + "}"
+    assert (told["title"], told["version"]) == (cited.title, cited.version)
+    assert cited.doi in article
+    assert f"version {cited.version} ({told['year']})" in PAGES["docs/cite.md"]
+
+
 def test_every_command_and_option_named_exists() -> None:
     known = {
         f"{program} {command}"
