@@ -15,7 +15,10 @@ def table() -> str:
     head = [
         "# Materials",
         "",
-        "Values of `--material NAME`; [Is my surface sticky?](../predict.md#materials) explains them.",
+        "Values of `--material NAME`; [Is my surface sticky?](../predict.md#materials) explains them. Without a w (-)"
+        " give `--work`: clean metals weld, and others carry oxides. Diamond and rubber have the paper's 50 mJ/m². For"
+        " crystals E* is that of one face, and differs from E/(1-ν²): (100) of silicon, germanium and gallium arsenide,"
+        " the basal plane of graphite and mica.",
         "",
     ]
     head += ["| material | E | ν | E* | w | range |", "|---|---|---|---|---|---|"]

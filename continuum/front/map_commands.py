@@ -39,8 +39,9 @@ def predict(
     json: Annotated[Path | None, Parameter(help="file for all numbers, with the spectrum, in SI units")] = None,
     csv: Annotated[Path | None, Parameter(help="file for a table with one row for each map or measurement of a "
                                           "container, each a contact of its own; no pages are written")] = None,
-    pattern: Annotated[str | None, Parameter(help="pattern of the file names in a folder, without their ending, as "
-                                              "'{sample}_{spot}_{magnification}'")] = None,
+    pattern: Annotated[str | None, Parameter(help="pattern of the file names in a folder, without their ending, such "
+                                              "as '{sample}-{spot}-{magnification}'; by default "
+                                              "'{sample}_{spot}_{magnification}' or fewer of these parts")] = None,
     solve: bool | None = None,
     threads: int = 1,
     **given: Any,
