@@ -25,6 +25,14 @@ if TYPE_CHECKING:
 _FREE = 0.05
 """Part of the spacing by which a probe must be held higher by an atom than by its neighbours.  In the hollows of
 fcc(110) both hold it: the rows above are the surface, as in a plane."""
+LAYER_SPACING = float(np.sqrt(0.5))
+"""Distance of neighbouring (100) planes, in a0."""
+LOST = (1 + 2**0.5) / 2
+"""Distance at which atoms are no longer neighbours, half way between the first and the second shell, in a0."""
+_ALIKE = 1e-6
+"""Heights that differ by less, in a0, are one plane."""
+_MOST_ATOMS = 2**31 - 1
+"""LAMMPS numbers atoms with 32 bits."""
 
 
 def exposed(positions: Real, cell: Real, spacing: float) -> NDArray[np.bool_]:
@@ -82,16 +90,6 @@ def layer_depth(heights: Real, surface: int) -> float:
         return np.inf
     down = np.sort(heights)[::-1][: layers * surface].reshape(layers, surface).mean(axis=1)
     return float(down[0] - down[-1]) / (layers - 1)
-
-
-LAYER_SPACING = float(np.sqrt(0.5))
-"""Distance of neighbouring (100) planes, in a0."""
-LOST = (1 + 2**0.5) / 2
-"""Distance at which atoms are no longer neighbours, half way between the first and the second shell, in a0."""
-_ALIKE = 1e-6
-"""Heights that differ by less, in a0, are one plane."""
-_MOST_ATOMS = 2**31 - 1
-"""LAMMPS numbers atoms with 32 bits."""
 
 
 class AnySlab:

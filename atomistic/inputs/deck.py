@@ -53,6 +53,8 @@ _REDUCED: dict[Quantity | Motion, str] = {
     "time": "a0 (m/(E* a0³))^(1/2)",
     "temperature": "E* a0³",
 }
+MOST_STEPS = 10_000
+"""Equilibria of a protocol."""
 
 
 def with_units(data: Mapping[str, Any]) -> list[Key]:
@@ -132,10 +134,6 @@ def _number(value: Any, quantity: Quantity | Motion, units: Units) -> Any:
     if isinstance(value, list | tuple):
         return [_number(item, quantity, units) for item in value]
     return parse(value, quantity, signed=True) / units.si(quantity) if isinstance(value, str) else value
-
-
-MOST_STEPS = 10_000
-"""Equilibria of a protocol."""
 
 
 class DeckSurface(Surface):

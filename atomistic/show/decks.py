@@ -22,6 +22,8 @@ from continuum.store.sheet import Column, Entry, Sheet, pairs, words
 
 _JUMP = 0.25
 """Change of the contact area from one step to the next that is drawn as a jump."""
+_UNITS = {"area_rep": "", "temperature": "K"}
+_KINDS = {"load": "nN", "lateral": "nN", "pull": "nN", "distance": "Å", "offset": "Å", "smallest": "Å"}
 
 
 def deck_run_sheets(run: DeckSteps, beside: tuple[ContinuumStep, ...] = (), remark: str = "") -> list[Sheet]:
@@ -424,10 +426,6 @@ WRITERS: list[Callable[[DeckSteps, Path, tuple[ContinuumStep, ...]], Iterable[Pa
     _meshes,
 ]
 """Forms in which a run is written: each makes files whose names begin as the stem does, beside the continuum or not."""
-
-
-_UNITS = {"area_rep": "", "temperature": "K"}
-_KINDS = {"load": "nN", "lateral": "nN", "pull": "nN", "distance": "Å", "offset": "Å", "smallest": "Å"}
 
 
 def _unit(name: str) -> str:

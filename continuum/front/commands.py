@@ -34,6 +34,13 @@ from continuum.store.sweeps import status
 from continuum.store.sweeps.status import Span, SystemTime, effort_of, expected
 from continuum.store.sweeps.workers import Task, TaskResult
 
+_OFTEN = 30.0
+"""Seconds between two lines about an unfinished system."""
+Watch = Annotated[
+    float | None,
+    Parameter(help="interval in seconds of reports, until all systems are done or Ctrl-C is pressed (default: one)"),
+]
+
 
 @like(front.check)
 def check(**given: Any) -> int:
@@ -117,10 +124,6 @@ def schema(kind: Annotated[Literal["run"], Parameter(help="input whose schema is
     """Print the JSON schema of an input, for editors that complete TOML."""
     print(schema_of(RunConfig), end="")
     return OK
-
-
-_OFTEN = 30.0
-"""Seconds between two lines about an unfinished system."""
 
 
 class SweepProgress(ExitStack):
@@ -207,12 +210,6 @@ def sweep_run(file: str, **given: Any) -> int:
 def sweep_slurm(**given: Any) -> int:
     print(sweeps.sweep_slurm(**given, warn=warn), end="")
     return OK
-
-
-Watch = Annotated[
-    float | None,
-    Parameter(help="interval in seconds of reports, until all systems are done or Ctrl-C is pressed (default: one)"),
-]
 
 
 @like(status.sweep_status)

@@ -34,6 +34,7 @@ _SHORT = 20.0
 _TELLING = 256**2
 """Points of a grid from which on the time of a state grows as its points, within the range that is given; on smaller
 ones it is that of everything else."""
+_OF_A_SEARCH = "loading.area_tolerance", "loading.area_resolution"
 
 
 @dataclass(frozen=True)
@@ -308,9 +309,6 @@ def run(
         name = config.source.path.stem if config.source else "run"
         path = path / f"{name}.h5"
     return follow_run(config, path, force=flag("force", force), progress=progress, warn=warn)
-
-
-_OF_A_SEARCH = "loading.area_tolerance", "loading.area_resolution"
 
 
 @hinted

@@ -37,6 +37,11 @@ _PART = 2**16
 """Points of a map that are processed together, so that their intermediate results stay in the processor's cache."""
 _NOTHING = 1e-60
 """Bound of heights beyond which squares, divided by pixels to the fourth power, overflow."""
+Measured = TypeVar("Measured")
+PER_MAP = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
+"""Arguments that are one text for all maps or one for each, with examples."""
+_ZERO = re.compile(r"\s*[0.]+\s*\D*")
+"""Zero, which needs no unit."""
 
 
 class TopographyError(InputError, ValueError):
@@ -160,9 +165,6 @@ class Topography:
         return replace(self, heights=heights, steps=(*self.steps, step), **changes)
 
 
-Measured = TypeVar("Measured")
-
-
 def once(measure: Callable[[Topography], Measured]) -> Callable[[Topography], Measured]:
     """Keep what is measured on a map with the map, whose heights do not change; ArgumentError if it is none."""
     key = f"{measure.__module__}.{measure.__qualname__}"  # a text, which crosses to another process with the map
@@ -236,12 +238,6 @@ def opposed(first: Topography, second: Topography) -> Topography:
     step = "heights added" if same else f"cut to {nx} x {ny} points, heights added"
     source, periodic = f"{first.source} on {second.source}", first.periodic and second.periodic and same
     return Topography(heights, lengths, periodic, source, (*first.steps, *second.steps, step))
-
-
-PER_MAP = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
-"""Arguments that are one text for all maps or one for each, with examples."""
-_ZERO = re.compile(r"\s*[0.]+\s*\D*")
-"""Zero, which needs no unit."""
 
 
 def texts_of(count: int, **values: str | Sequence[str] | None) -> dict[str, tuple[str, ...]]:

@@ -18,6 +18,11 @@ from continuum.theory import paper
 
 _ROWS = 12
 """Rows of the table of a curve."""
+_NOTE = (
+    "Sorted by w/w_c, the geometric mean over the spots of a sample: above 1 it is sticky.  The interval holds it with "
+    "95 %, by Student, with the scatter of spots pooled over all samples, or by the sampling error of a single spot; "
+    "the verdict takes the error of w_c, too.  Ranks: the places that the intervals leave open."
+)
 
 
 def reading_order(sheets: list[Sheet]) -> list[Sheet]:
@@ -216,13 +221,6 @@ def _probe(probe: ProbePullOff) -> Sheet:
     if probe.rim is not None:
         rows.append(("largest with at most 1 % in contact, 2π R w (A_rep + A_att)/A0", force(probe.rim)))
     return pairs("Pull-off force of the probe", rows)
-
-
-_NOTE = (
-    "Sorted by w/w_c, the geometric mean over the spots of a sample: above 1 it is sticky.  The interval holds it with "
-    "95 %, by Student, with the scatter of spots pooled over all samples, or by the sampling error of a single spot; "
-    "the verdict takes the error of w_c, too.  Ranks: the places that the intervals leave open."
-)
 
 
 def study_sentence(study: StudyNumbers) -> str:

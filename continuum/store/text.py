@@ -44,6 +44,44 @@ _EVEN = 1e-3
 """Largest deviation of labels from equal steps, as a part of a step: they are rounded."""
 _FEW = 4
 """Fewer columns are positions and heights, which have no labels."""
+_REAL = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eEdD][+-]?\d+)?"
+_UNIT = re.compile(r"(?:[\[(/]|\bin\b)\s*([A-Za-zµμÅ]+)\s*[\])]?")
+"""A unit beside a name: x [um], Height (nm), z/nm, x in µm."""
+_OF_HEIGHTS = re.compile(r"\b(?:heights?|values?|z)\s*(?:[\[(/]|\bin\b)\s*([A-Za-zµμÅ]+)", re.IGNORECASE)
+_AXIS = r"(?:scan)?(?:{0}(?:scan)?(?:length|size|range|extent)|(?:length|size|range|extent){0}|{1})"
+_KEYS = {
+    # Gwyddion writes in the language of its user.
+    "x": re.compile(_AXIS.format("x", "width|breite|largeur|šířka|larghezza|ширина|anchura|ancho|largura|폭|幅")),
+    "y": re.compile(_AXIS.format("y", "height|höhe|hauteur|výška|altezza|высота|altura|높이|高さ")),
+    "both": re.compile(r"scansize|imagesize|scanrange|fieldofview|size"),
+    "pixel": re.compile(r"pixelsize|cellsize|spacing"),
+    "x unit": re.compile(r"(?:xy|x|lateral)units?|unitx"),
+    "unit": re.compile(
+        r"(?:values?|z|heights?|data)units?|unit(?:z|data)|(?:wert(?:e|en)?|z|höhen)einheit(?:en)?|einheit(?:en)?(?:derwerte)?"
+        r"|unités(?:de(?:s)?valeurs?)?|jednotkyhodnot|unitàvalor[ei]|unitàdimisura|единицыизмерения|единицызначений"
+        r"|unidades(?:delvalor|devalor)?|값단위|値の単位"
+    ),
+    "void": re.compile(r"nodata(?:value)?|fillvalue|missingvalue"),
+}
+"""What keys mean, written small and without blanks, dashes and units."""
+_NAMED = {
+    "x": re.compile(
+        r"x(?:pos(?:ition)?|coord(?:inate)?|axis)?|lateral(?:position)?|(?:scan)?(?:distance|position|length)"
+    ),
+    "y": re.compile(r"y(?:pos(?:ition)?|coord(?:inate)?|axis)?"),
+    "z": re.compile(r"z(?:pos(?:ition)?|coord(?:inate)?|axis)?|h|heights?|topography|(?:total|raw)?profile|elevation"),
+}
+"""Names of columns, written small and without blanks, dashes and units."""
+_SPELLED = {"micron": "um", "micrometer": "um", "micrometre": "um", "mum": "um", "nanometer": "nm", "nanometre": "nm",
+            "angstrom": "A", "ang": "A", "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm",
+            "picometer": "pm", "picometre": "pm"}  # fmt: skip
+_NO_LENGTH = frozenset({
+    "v", "mv", "uv", "µv", "na", "pa", "s", "ms", "us", "µs", "hz", "khz", "n", "nn", "un", "µn", "pn", "deg", "rad",
+    "°", "%", "counts", "cts", "arb", "arb.u.", "a.u.", "kpa", "mpa", "gpa", "k", "°c", "db", "grey", "gray",
+})  # fmt: skip
+"""Other units in a row of units, in lower case."""
+_NO_UNIT = frozenset({"", "1", "a0", "px", "pixel", "pixels", "points", "pts", "samples", "dimensionless"})
+"""The unit of numbers that come without one, and of results of this program, in a0."""
 
 
 class NoTableError(ValueError):
@@ -308,46 +346,6 @@ def _fields(line: str, dialect: _Dialect, width: int) -> tuple[str, ...]:
     except (csv.Error, StopIteration):
         return (line,)
     return found[:width] if not any(found[width:]) else found
-
-
-_REAL = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eEdD][+-]?\d+)?"
-_UNIT = re.compile(r"(?:[\[(/]|\bin\b)\s*([A-Za-zµμÅ]+)\s*[\])]?")
-"""A unit beside a name: x [um], Height (nm), z/nm, x in µm."""
-_OF_HEIGHTS = re.compile(r"\b(?:heights?|values?|z)\s*(?:[\[(/]|\bin\b)\s*([A-Za-zµμÅ]+)", re.IGNORECASE)
-_AXIS = r"(?:scan)?(?:{0}(?:scan)?(?:length|size|range|extent)|(?:length|size|range|extent){0}|{1})"
-_KEYS = {
-    # Gwyddion writes in the language of its user.
-    "x": re.compile(_AXIS.format("x", "width|breite|largeur|šířka|larghezza|ширина|anchura|ancho|largura|폭|幅")),
-    "y": re.compile(_AXIS.format("y", "height|höhe|hauteur|výška|altezza|высота|altura|높이|高さ")),
-    "both": re.compile(r"scansize|imagesize|scanrange|fieldofview|size"),
-    "pixel": re.compile(r"pixelsize|cellsize|spacing"),
-    "x unit": re.compile(r"(?:xy|x|lateral)units?|unitx"),
-    "unit": re.compile(
-        r"(?:values?|z|heights?|data)units?|unit(?:z|data)|(?:wert(?:e|en)?|z|höhen)einheit(?:en)?|einheit(?:en)?(?:derwerte)?"
-        r"|unités(?:de(?:s)?valeurs?)?|jednotkyhodnot|unitàvalor[ei]|unitàdimisura|единицыизмерения|единицызначений"
-        r"|unidades(?:delvalor|devalor)?|값단위|値の単位"
-    ),
-    "void": re.compile(r"nodata(?:value)?|fillvalue|missingvalue"),
-}
-"""What keys mean, written small and without blanks, dashes and units."""
-_NAMED = {
-    "x": re.compile(
-        r"x(?:pos(?:ition)?|coord(?:inate)?|axis)?|lateral(?:position)?|(?:scan)?(?:distance|position|length)"
-    ),
-    "y": re.compile(r"y(?:pos(?:ition)?|coord(?:inate)?|axis)?"),
-    "z": re.compile(r"z(?:pos(?:ition)?|coord(?:inate)?|axis)?|h|heights?|topography|(?:total|raw)?profile|elevation"),
-}
-"""Names of columns, written small and without blanks, dashes and units."""
-_SPELLED = {"micron": "um", "micrometer": "um", "micrometre": "um", "mum": "um", "nanometer": "nm", "nanometre": "nm",
-            "angstrom": "A", "ang": "A", "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm",
-            "picometer": "pm", "picometre": "pm"}  # fmt: skip
-_NO_LENGTH = frozenset({
-    "v", "mv", "uv", "µv", "na", "pa", "s", "ms", "us", "µs", "hz", "khz", "n", "nn", "un", "µn", "pn", "deg", "rad",
-    "°", "%", "counts", "cts", "arb", "arb.u.", "a.u.", "kpa", "mpa", "gpa", "k", "°c", "db", "grey", "gray",
-})  # fmt: skip
-"""Other units in a row of units, in lower case."""
-_NO_UNIT = frozenset({"", "1", "a0", "px", "pixel", "pixels", "points", "pts", "samples", "dimensionless"})
-"""The unit of numbers that come without one, and of results of this program, in a0."""
 
 
 class Said(NamedTuple):

@@ -46,6 +46,15 @@ _UNKNOWN: tuple[tuple[str, dict[str, str | None]], ...] = (
     ("the unit of its positions", {"size": None, "unit": "m,m"}),
 )
 """Assumptions with which a map is shown whose file, as the message says, lacks them."""
+FLAGS = frozenset(name for name, option in OPTIONS.items() if option.annotation is bool)
+"""Fields that are ticked or not; all fields of the form are keys of the tables of a prediction."""
+BODIES = frozenset({"material", "modulus", "poisson"})
+"""Fields with a value for each body, after commas; others have one for each file, after semicolons."""
+Told = Callable[[str], None]
+"""Hears what is being done; may raise an InputError to stop it."""
+_LONGEST = 200
+_FAULTS = "Faulty map"
+"""First words of the statement about faults: the page has buttons in its place."""
 
 
 def prepared_once(maps: Sequence[Path], given: Mapping[str, Any]) -> tuple[list[Topography], list[Topography]]:
@@ -177,17 +186,6 @@ def solved_layers(found: PredictionNumbers) -> list[dict[str, Any]]:
         map_layer("contact at the threshold", facing, threshold.kinds, "contact"),
         map_layer("which heights decide", facing, threshold.deciding(threshold.state, 3.0), "deciding"),
     ]
-
-
-FLAGS = frozenset(name for name, option in OPTIONS.items() if option.annotation is bool)
-"""Fields that are ticked or not; all fields of the form are keys of the tables of a prediction."""
-BODIES = frozenset({"material", "modulus", "poisson"})
-"""Fields with a value for each body, after commas; others have one for each file, after semicolons."""
-Told = Callable[[str], None]
-"""Hears what is being done; may raise an InputError to stop it."""
-_LONGEST = 200
-_FAULTS = "Faulty map"
-"""First words of the statement about faults: the page has buttons in its place."""
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,15 @@ _END = 8.0
 spectrum."""
 _FLAT = 1e-9
 """Exponent below which it is taken as zero, so that an integral is a logarithm."""
+FEWEST_BLOCKS = 16
+"""Blocks that a map needs: four roll-off lengths along each side.  Of fewer a fit also finds some where there are none,
+by chance of the longest waves (docs/studies/spots.md)."""
+FLOOR = 0.03
+"""Relative error that is added in quadrature, of the area and of what the blocks share."""
+WHOLE = 0.15
+"""Part of a block that may be missing at the end of a map: a fitted roll-off is known to a band of its spectrum."""
+ERRORS, CONFIDENCE = 2.0, 0.95
+"""Standard errors of an interval, and how often it holds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,17 +159,6 @@ def sharpest_wave(roughness: Roughness, tip: float) -> float:
     """The shortest wavelength that a tip of a given radius follows; 0 if it follows all."""
     waves, followed = roughness.wavelengths, roughness.followed_by(tip)
     return 0.0 if followed == waves else next(iter(followed), waves[-1])
-
-
-FEWEST_BLOCKS = 16
-"""Blocks that a map needs: four roll-off lengths along each side.  Of fewer a fit also finds some where there are none,
-by chance of the longest waves (docs/studies/spots.md)."""
-FLOOR = 0.03
-"""Relative error that is added in quadrature, of the area and of what the blocks share."""
-WHOLE = 0.15
-"""Part of a block that may be missing at the end of a map: a fitted roll-off is known to a band of its spectrum."""
-ERRORS, CONFIDENCE = 2.0, 0.95
-"""Standard errors of an interval, and how often it holds."""
 
 
 class Blocks(NamedTuple):

@@ -34,6 +34,8 @@ LEAST_COMPRESSIBLE = 1e4
 """C11/C44 at most: of 16 digits so many are lost in the difference of C11 and C12; metals have 2 - 5."""
 _THINNEST = 0.5
 _DIRECTIONS = 64
+OTHER_MEAN = 1.5
+"""Largest factor between E* and 1: different means over directions differ by less (fcc metals: 1.2)."""
 
 
 class CubicConstants(NamedTuple):
@@ -207,10 +209,6 @@ class HexagonalConstants(NamedTuple):
         normal = (self.c11 * self.c33 - self.c13**2) / self.c11
         shear = 1 / self.c44 + 2 / ((self.c11 * self.c33) ** 0.5 + self.c13)
         return float(2 * (normal / shear) ** 0.5)
-
-
-OTHER_MEAN = 1.5
-"""Largest factor between E* and 1: different means over directions differ by less (fcc metals: 1.2)."""
 
 
 class CubicLayer(PeriodicResponse, kind="crystal"):

@@ -31,6 +31,14 @@ from continuum.model.fourier import Real
 from continuum.model.grid import LONGEST, Grid
 from continuum.model.substrates.substrate import MeanMode, PeriodicResponse, Poisson, with_mean
 
+OPAQUE = 40.0
+"""q times depth beyond which deeper layers are neglected: they contribute exp(-80)."""
+CONTRAST = 1e12
+"""Largest ratio of a modulus to E*, or its inverse: beyond it one material is rigid compared with another."""
+MOST_LAYERS = 1000
+Modulus = Annotated[float, Field(ge=1 / CONTRAST, le=CONTRAST)]
+"""A contact modulus, in E*."""
+
 
 class HalfSpace(PeriodicResponse, kind="half-space"):
     """Isotropic half-space: ``K_q = E* |q|/2`` (Johnson, Contact Mechanics, 1985, section 13.1).
@@ -123,10 +131,6 @@ class Layer(PeriodicResponse, kind="layer"):
         return with_mean(grid, q / 2 * above / below, self.mean)
 
 
-OPAQUE = 40.0
-"""q times depth beyond which deeper layers are neglected: they contribute exp(-80)."""
-
-
 class Solid(NamedTuple):
     """An isotropic solid."""
 
@@ -180,13 +184,6 @@ def _raised(minors: Real, solid: Solid, x: Real) -> Real:
         above += power * change
     raised: Real = above / above[0]
     return raised
-
-
-CONTRAST = 1e12
-"""Largest ratio of a modulus to E*, or its inverse: beyond it one material is rigid compared with another."""
-MOST_LAYERS = 1000
-Modulus = Annotated[float, Field(ge=1 / CONTRAST, le=CONTRAST)]
-"""A contact modulus, in E*."""
 
 
 def _other_unit(moduli: Sequence[float]) -> str:

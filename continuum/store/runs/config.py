@@ -32,6 +32,21 @@ from continuum.solve.solution import LOOSEST, MOST_SHARDS, MOST_THREADS, Setting
 from continuum.store.heights import HDF5_SUFFIXES, read_map, stands_for_nothing
 from continuum.store.text import read_text
 
+MOST = 1_000_000
+"""Largest number of values of a range, and of systems of a sweep."""
+_HUGE = 1e150  # numbers whose differences and ratios are numbers, too
+_List = Annotated[tuple[float, ...], Field(min_length=1, max_length=100_000)]
+_Range = dict[Literal["from", "to", "step", "factor", "count"], float]
+# Upper bounds of one solve in a fresh process, in bytes; the largest resident size was measured.
+LIBRARIES = 2.5e8
+"""Imports take 186 MiB, compiled code and small grids 25 to 35 MiB."""
+UNDER_A_LAW = 90
+"""Of a point of the grid: 73 at 0.7 % of the area and 88 at 8 % (4096²), 88 at 20 % (2048²)."""
+UNDER_A_HARD_WALL = 115
+"""Of a point of the grid: 82 at 0.9 % of the area (4096²), 114 at 20 % (2048²)."""
+ON_A_DEVICE = 1e9
+"""Of a process on a GPU beside its fields, for context and kernels: four grids took less (docs/studies/gpu.md)."""
+
 
 class TableWall(Wall, kind="table"):
     """[wall] of law "table"."""
@@ -135,11 +150,6 @@ class SolverTable(ToleranceTable):
             yield Fault(("device",), f'"{SHARDED}" where shards is above 1', "only JAX divides the points")
 
 
-MOST = 1_000_000
-"""Largest number of values of a range, and of systems of a sweep."""
-_HUGE = 1e150  # numbers whose differences and ratios are numbers, too
-
-
 def expand_range(given: Any) -> tuple[Any, ...]:
     """The values of a list, or of a range ``{from, to, step | factor | count}``, its end included.
 
@@ -182,8 +192,6 @@ def _spread(given: Any) -> Any:
         raise PydanticCustomError("range", "a list, or a range: {cause}", {"cause": str(error)}) from None
 
 
-_List = Annotated[tuple[float, ...], Field(min_length=1, max_length=100_000)]
-_Range = dict[Literal["from", "to", "step", "factor", "count"], float]
 _Targets = Annotated[_List, BeforeValidator(_spread, json_schema_input_type=_List | _Range)]
 
 
@@ -410,19 +418,6 @@ class RunConfig(Document):
         if self.loading.threshold is not None and not self.substrate.repeats:
             allowed = "where a threshold is sought, the response of a surface that repeats"
             yield Fault(("substrate", "response"), allowed, "a threshold is looked for by its mean gap")
-
-
-# Upper bounds of one solve in a fresh process, in bytes; the largest resident size was measured.
-LIBRARIES = 2.5e8
-"""Imports take 186 MiB, compiled code and small grids 25 to 35 MiB."""
-UNDER_A_LAW = 90
-"""Of a point of the grid: 73 at 0.7 % of the area and 88 at 8 % (4096²), 88 at 20 % (2048²)."""
-UNDER_A_HARD_WALL = 115
-"""Of a point of the grid: 82 at 0.9 % of the area (4096²), 114 at 20 % (2048²)."""
-
-
-ON_A_DEVICE = 1e9
-"""Of a process on a GPU beside its fields, for context and kernels: four grids took less (docs/studies/gpu.md)."""
 
 
 @dataclass(frozen=True)

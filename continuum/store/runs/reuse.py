@@ -33,6 +33,7 @@ SMALL = 64**2
 """Points of a grid up to which the state of a path of one point is not stored: its solve takes less time."""
 _FEW = ("contact_identity", "config_resolved", "identity")
 _NUMBERS = ("step", *(column.name for column in fields(Point)))
+SCHEMA = "stickiness/search"
 
 
 @dataclass(frozen=True)
@@ -137,9 +138,6 @@ def stored_state(source: Path, step: int) -> PathState | None:
         return None
     solution = Solution(gap.astype(np.float64), Status.CONVERGED, point.residual, 0)
     return PathState(**shared(Equilibrium, point), solution=solution)
-
-
-SCHEMA = "stickiness/search"
 
 
 def save_trials(path: Path, trials: Iterable[tuple[Any, Any]], of: str = "") -> None:

@@ -30,6 +30,7 @@ from continuum.store.sweeps.columns import OF_PYTHON, ColumnFunction, OwnColumn,
 from continuum.store.sweeps.conditions import condition, dotted, holds, is_range, values_of
 
 _MARK = "\ue000{}\ue000"
+_Values = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -97,9 +98,6 @@ def _field(config: Table, key: str) -> Any:
         return None
     field = type(table).model_fields[name]
     return Annotated[(field.annotation, *field.metadata)]
-
-
-_Values = dict[str, Any]
 
 
 @dataclass(frozen=True)

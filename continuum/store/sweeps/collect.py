@@ -51,6 +51,9 @@ from continuum.store.hdf5 import understood
 from continuum.store.output import remove_stale
 
 _SCHEMA, _VERSION = "stickiness/sweep-kept", 1
+_EVERY = 20_000
+"""Files that a collection reads again, at most, if it was killed: a minute of reading."""
+_KAPPAS = ("kappa", "kappa_rep", "kappa_att")
 
 
 class Stamp(NamedTuple):
@@ -108,11 +111,6 @@ def keep_tables(path: Path, found: Mapping[str, tuple[Stamp, SystemTable]]) -> N
             },
             {"schema": _SCHEMA, "schema_version": _VERSION},
         )
-
-
-_EVERY = 20_000
-"""Files that a collection reads again, at most, if it was killed: a minute of reading."""
-_KAPPAS = ("kappa", "kappa_rep", "kappa_att")
 
 
 class LeftOutWarning(UserWarning):

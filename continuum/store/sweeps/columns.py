@@ -41,6 +41,15 @@ from continuum.store.sweeps.folder import Folder
 from continuum.store.sweeps.measured import COLUMNS
 from continuum.store.sweeps.workers import StopSignal
 
+ColumnFunction = Callable[[Result], Any]
+"""A function of a stored run that returns a number for each point of its path, or one for all of them."""
+OF_PYTHON = "a function of Python"
+"""What an input says of a column whose function was given in Python."""
+_ALLOWED = 'a Python file, beside the input, as "mine.py" with a function of that name, or "mine.py:function"'
+_FILE = re.compile(r"(.+\.py)(?::\s*(\w+))?")
+_TAKEN = {*COLUMNS, *XARRAY_NAMES.values(), "system", "count", "search", "trial"}
+"""Columns of the tables, and what else has a name there."""
+
 
 def defined_names(body: Sequence[ast.stmt]) -> Iterator[tuple[str, bool]]:
     """Names that the statements of a module define, and whether each may be a function; "*" for all of another one."""
@@ -112,16 +121,6 @@ def modules_used_by(function: Any) -> Iterator[Path]:
         if ours and not any(file.is_relative_to(library) for library in libraries):
             yield file.resolve()
             yield from helpers_of(file)
-
-
-ColumnFunction = Callable[[Result], Any]
-"""A function of a stored run that returns a number for each point of its path, or one for all of them."""
-OF_PYTHON = "a function of Python"
-"""What an input says of a column whose function was given in Python."""
-_ALLOWED = 'a Python file, beside the input, as "mine.py" with a function of that name, or "mine.py:function"'
-_FILE = re.compile(r"(.+\.py)(?::\s*(\w+))?")
-_TAKEN = {*COLUMNS, *XARRAY_NAMES.values(), "system", "count", "search", "trial"}
-"""Columns of the tables, and what else has a name there."""
 
 
 class ColumnError(StickinessError):

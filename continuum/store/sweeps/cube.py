@@ -27,6 +27,9 @@ from continuum.store.sweeps.listing import SweepListing, systems_of
 
 if TYPE_CHECKING:
     import xarray
+TAKEN = {*MAPS, "step", "x", "y", "system"}
+"""Variables and dimensions of a dataset of maps, beside the axes."""
+_Coordinates = dict[str, tuple[str, NDArray[Any]]]
 
 
 def cube_of(
@@ -120,10 +123,6 @@ def _said(units: str, what: str) -> dict[str, str]:
     return {"units": units, "long_name": what}
 
 
-TAKEN = {*MAPS, "step", "x", "y", "system"}
-"""Variables and dimensions of a dataset of maps, beside the axes."""
-
-
 def sweep_maps(sweep: str | Path, where: Mapping[str, Any] | None = None) -> xarray.Dataset:
     """Maps of contact, gaps and heights of all systems of a sweep, read from the files on demand.
 
@@ -198,9 +197,6 @@ def _short(keys: Sequence[str], taken: Container[str]) -> dict[str, str]:
     """The last part of each key, or the whole one where another, a variable, or a method of a dataset has the same."""
     last = [key.rpartition(".")[2] for key in keys]
     return {key: one if last.count(one) == 1 and one not in taken else key for key, one in zip(keys, last, strict=True)}
-
-
-_Coordinates = dict[str, tuple[str, NDArray[Any]]]
 
 
 def _axes(

@@ -35,6 +35,8 @@ _LONG = 300.0
 _SECONDS, _FIRST = "journal/total_seconds", "journal/first_of_process"
 _LAST = 20
 """Systems on a grid that are asked, the last ones."""
+_RECENT = 50
+"""Number of last finished systems from which the rate is computed."""
 
 
 class SystemTime(NamedTuple):
@@ -141,10 +143,6 @@ def timed_systems(
                 continue
             if _SECONDS in found:
                 yield SystemTime(kind, systems[name][1], float(found[_SECONDS]), bool(found.get(_FIRST)))
-
-
-_RECENT = 50
-"""Number of last finished systems from which the rate is computed."""
 
 
 @dataclass(frozen=True)
