@@ -177,7 +177,9 @@ def inputs() -> dict[str, str]:
 def commands(program: str) -> str:
     """Every command of a program with its arguments and options, as its help has them."""
     app = {"continuum": continuum.front.cli.app, "atomistic": atomistic.front.cli.app}[program]
-    return app.generate_docs(usage_name=program).replace(f"# {program}\n", f"# Commands of `{program}`\n", 1)
+    # Started as a module, as by `python -m sphinx`, cyclopts adds the module's name to some usages.
+    made = app.generate_docs(usage_name=program).replace(" -m sphinx ", " ")
+    return made.replace(f"# {program}\n", f"# Commands of `{program}`\n", 1)
 
 
 def public(package: str, groups: Sequence[Mapping[str, Any]]) -> str:

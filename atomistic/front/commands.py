@@ -36,7 +36,7 @@ INPUTS: dict[str, tuple[type[Document], str]] = {
 Kind = Literal["validate", "deck"]
 
 
-@like(validation.validate)
+@like(validation.validate, resumes=True)
 def validate(file: str, *, lmp_command: str | None = None, **given: Any) -> int:
     engine.command_words(lmp_command, "--lmp-command")
     config = load(file, ValidateConfig)
@@ -55,7 +55,7 @@ def check(**given: Any) -> int:
     return report(front.check(**given))
 
 
-@like(front.run_deck)
+@like(front.run_deck, resumes=True)
 def deck(
     file: Annotated[str, Parameter(help="input file (TOML); inputs/... finds those that come with the package")],
     *,

@@ -38,7 +38,9 @@ _OFTEN = 30.0
 """Seconds between two lines about an unfinished system."""
 Watch = Annotated[
     float | None,
-    Parameter(help="interval in seconds of reports, until all systems are done or Ctrl-C is pressed (default: one)"),
+    Parameter(
+        help="interval in seconds of reports, until all systems are done or Ctrl-C is pressed (default: one report)"
+    ),
 ]
 
 
@@ -60,7 +62,7 @@ def _timed(report: Callable[[int, str], None]) -> Callable[[Point, int, int], No
     return after
 
 
-@like(front.run)
+@like(front.run, resumes=True)
 def run(file: str, **given: Any) -> int:
     config = load(file, RunConfig, given.pop("settings", None))
     if not sharing(config.solver.shards).first:  # the first process speaks
@@ -71,7 +73,9 @@ def run(file: str, **given: Any) -> int:
 
 
 @like(
-    front.threshold, help={"area": "repulsive area, as a fraction of A0; may be repeated, increasing (default: 0.01)"}
+    front.threshold,
+    help={"area": "repulsive area, as a fraction of A0; may be repeated, increasing (default: 0.01)"},
+    resumes=True,
 )
 def threshold(file: str, *, area: Sequence[float] = (0.01,), **given: Any) -> int:
     with progress(len(area), Path(file).stem) as tell:
@@ -146,6 +150,8 @@ class SweepProgress(ExitStack):
         self._left = {task.path: task for task in tasks}
         self._total, self._said = len(tasks), time.monotonic()
         self._report = self.enter_context(progress(self._total, self._title, self._time_left))
+        if not on_a_bar():  # which shows the number at once; the first report may take minutes
+            tell(f"{self._title}: {self._total} systems")
 
     def end(self, ended: TaskResult) -> None:
         """Report a system that has ended, except one that was done before."""
@@ -184,7 +190,7 @@ class SweepProgress(ExitStack):
         return "" if span is None else str(span.over(max(1, min(self._at_once, len(self._left)))))
 
 
-@like(sweeps.sweep, help={"memory": "memory to use, in GB (default: all of this machine)"})
+@like(sweeps.sweep, help={"memory": "memory to use, in GB (default: all of this machine)"}, resumes=True)
 def sweep_run(file: str, **given: Any) -> int:
     with SweepProgress(Path(file).stem) as told:
         done = sweeps.sweep(
@@ -228,7 +234,7 @@ def sweep_status(*, watch: Watch = None, **given: Any) -> int:
     return OK
 
 
-@like(sweeps.sweep_collect)
+@like(sweeps.sweep_collect, resumes=True)
 def sweep_collect(**given: Any) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", collecting.LeftOutWarning)  # each fault is reported below

@@ -196,7 +196,7 @@ def of_maps(
     contact = contact_of()
     tip_radius, shortest = (length_of(name, given.get(name)) for name in ("tip", "smallest"))
     shapes = (f"{one.source}, {' x '.join(map(str, one.heights.shape))} points" for one in measured)
-    told(f"looking at {' and at '.join(shapes)}")
+    told(f"looking at {' and at '.join(shapes)}; {contact.values}")
     return prediction_of(ready, contact, shortest, tip_radius, Prediction)
 
 

@@ -139,7 +139,10 @@ def core_hours(systems: Sequence[SystemCost], root: Path, allocation: Allocation
         span, done = expected([_measured(systems)], effort, scaled=True), "the cheapest system"
     if span is None:
         # Without the name of the folder: whoever named it could add to the script.
-        return "Core hours: not known, as no system of each grid is done; --measure solves the cheapest one.", ""
+        return (
+            "Core hours: not known before a system of each grid is done; `sweep slurm --measure` solves the cheapest.",
+            "",
+        )
     asked = allocation.core_seconds
     hours = f"{_hours(span.seconds)} ({_hours(span.low)} to {_hours(span.high)})"
     known = f"Core hours: about {hours} by {done}; this asks for {_hours(asked)}."

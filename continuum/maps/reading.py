@@ -168,14 +168,20 @@ def _measured(found: RawMap, void: Sequence[float]) -> RawMap:
 
 def _possible(topography: Topography) -> Topography:
     """The topography, unless its pixels or heights are in another unit."""
-    looked_at: tuple[tuple[str, float, possible.Kind, str], ...] = (
-        ("pixels", min(topography.grid.spacing), "pixel", "the size that of one pixel"),
-        ("an rms height", float(detrend(topography).heights.std()), "height", "the heights in m already"),
+    looked_at: tuple[tuple[str, float, possible.Kind, str, str], ...] = (
+        ("pixels", min(topography.grid.spacing), "pixel", "`size`", ", or is that of one pixel"),
+        (
+            "an rms height",
+            float(detrend(topography).heights.std()),
+            "height",
+            "`unit`",
+            " (m, if the heights are in m)",
+        ),
     )
-    for what, value, kind, usual in looked_at:
+    for what, value, kind, given, usual in looked_at:
         if why := possible.fault(value, kind):
-            other = f"in another unit, or {usual}" if value < possible.POSSIBLE[kind].least else "in another unit"
-            raise TopographyError(f"{topography.source}: {what} of {value:.2g} m: {why}: probably {other}")
+            other = f"larger{usual}" if value < possible.POSSIBLE[kind].least else "smaller"
+            raise TopographyError(f"{topography.source}: {what} of {value:.2g} m: {why}: {given} is probably {other}")
     return topography
 
 
@@ -365,7 +371,7 @@ def _without_holes(heights: Real, fill: float, source: str) -> tuple[Real, list[
         if fill:
             raise TopographyError(f"{found}: `fill` allows {100 * fill:.3g} %")
         enough = min(np.ceil(100 * missing), 50)  # the most that `fill` takes
-        part = "" if heights.ndim == 1 else ", or `crop` cuts a part without"
+        part = "" if heights.ndim == 1 else ", or `crop` cuts out a part that has all"
         raise TopographyError(f"{found}: `fill` {enough:.0f}% fills them{part}")
     if heights.ndim == 1:
         points = np.arange(heights.size)

@@ -176,7 +176,12 @@ def report(*sheets: Sheet, warnings: Sequence[str] = (), lines: Iterable[object]
 
 
 def exit_code(
-    command: Callable[[], int], advice: str = "", voice: Voice = "normal", worded: Callable[[str], str] = str
+    command: Callable[[], int],
+    advice: str = "",
+    voice: Voice = "normal",
+    worded: Callable[[str], str] = str,
+    *,
+    resumes: bool = False,
 ) -> int:
     """Run a command of either program, and print one message if it fails.
 
@@ -186,9 +191,10 @@ def exit_code(
     advice : text added to the message if the work itself failed.
     voice : amount of output.
     worded : what a message is on a command line.
+    resumes : whether the command, once stopped, continues from what it stored.
     """
     _three_streams()
-    _voice.set(voice)
+    before = _voice.set(voice)
     try:
         with _stopped_as_by_ctrl_c(), warnings.catch_warnings():
             warnings.showwarning = lambda message, *where, **more: warn([str(message)])
@@ -202,7 +208,7 @@ def exit_code(
             # The reader, such as `head`, has seen enough, or the terminal is gone.  Nothing more can be said to it, not
             # even as the process ends.
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            said = "stopped, as the output cannot be written; finished work is stored"
+            said = "stopped, as the output cannot be written" + ("; finished work is stored" if resumes else "")
             return _complain(said, 128 + signal.SIGPIPE)
         where = f"{error.filename}: " if error.filename is not None else ""
         return _complain(f"{where}{error.strerror or error}", BAD_INPUT)
@@ -210,8 +216,11 @@ def exit_code(
         detail = f" ({error})" if str(error) else ""
         return _complain(f"there is not enough memory{detail}; `check` says how much an input needs", NOT_CONVERGED)
     except KeyboardInterrupt as stopped:
-        said = "stopped; finished work is stored, and the same command continues from there"
+        goes_on = "finished work is stored, and the same command continues from there"
+        said = f"stopped; {goes_on if resumes else 'the same command starts anew'}"
         return _complain(said, 128 + (stopped.args[0] if stopped.args else signal.SIGINT))
+    finally:
+        _voice.reset(before)
     return code
 
 

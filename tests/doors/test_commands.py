@@ -15,6 +15,7 @@ import atomistic.front.cli
 import continuum
 import continuum.front.cli
 from continuum.inputs.errors import EXIT_CODES
+from continuum.show import console
 from continuum.show.plot import new_figure, save_figure, written_as
 from tests.kinds import covering
 from tests.problems import SMALL
@@ -182,3 +183,24 @@ def test_make_draws_figures_of_what_ended_by_itself(code: int, drawn: bool, tmp_
     make = ["make", "-C", str(ROOT), "--old-file", ".venv/installed", "figures", f"BIN={tmp_path}"]
     done = subprocess.run(make, capture_output=True, check=False)
     assert (done.returncode == 0) == (tmp_path / "drawn").exists() == drawn
+
+
+def test_a_quiet_command_leaves_the_next_one_of_the_process_its_voice(capsys: pytest.CaptureFixture[str]) -> None:
+    assert console.exit_code(lambda: 0, voice="quiet") == 0
+    console.tell("still here")
+    assert capsys.readouterr().err == "still here\n"
+
+
+@pytest.mark.parametrize(
+    ("resumes", "said"),
+    [(True, "stopped; finished work is stored, and the same command continues from there"),
+     (False, "stopped; the same command starts anew")],
+)  # fmt: skip
+def test_a_stopped_command_says_whether_it_continues(
+    resumes: bool, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stopped() -> int:
+        raise KeyboardInterrupt
+
+    assert console.exit_code(stopped, resumes=resumes) == 130
+    assert capsys.readouterr().err.strip() == said

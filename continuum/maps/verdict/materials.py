@@ -195,6 +195,16 @@ class Interface:
                 object.__setattr__(self, name, number(name, value, above=0))
 
     @property
+    def values(self) -> str:
+        """E*, w and range, in words."""
+        of: tuple[tuple[str, float, units.Quantity], ...] = (
+            ("E*", self.contact_modulus, "pressure"),
+            ("w", self.work_of_adhesion, "energy_per_area"),
+            ("range", self.range, "length"),
+        )
+        return ", ".join(f"{name} {units.readable(value, quantity, 3)}" for name, value, quantity in of)
+
+    @property
     def adhesion_length(self) -> float:
         """l_a = w/E*, in m."""
         return self.work_of_adhesion / self.contact_modulus

@@ -127,11 +127,15 @@ def slurm_script(command: str, allocation: Allocation, name: str, said: Sequence
         f"#SBATCH --output={name}-%{'A-%a' if shards else 'j'}.log",
         "#SBATCH --open-mode=append",  # a job that is requeued keeps its log
         "# The same job, submitted again, goes on where this one was stopped.",
+        f"# Memory: {workers} x {(allocation.memory + _PROCESS) / 2**20:.0f} MiB and 1 GiB for the rest.",
         *(f"# {line}" for line in said),
         "set -eu",
         f"export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS={threads}",
         *(f"module load {module}" for module in allocation.modules),
-        *allocation.lines,
+        *(
+            allocation.lines
+            or ["# Activate the environment here, if a job has none: --line 'source .../bin/activate'."]
+        ),
     ]
     command += f" --threads {threads}" if threads > 1 else ""
     if shards:

@@ -103,9 +103,9 @@ def test_every_material_of_the_table_is_possible() -> None:
         ({"spacing": "2.5pm"}, "no solid has this"),
         ({"tip": "1m"}, "no tip has this"),
         ({"contact_modulus": None, "material": "silicon", "coating": "1m:1GPa:.3"}, "no coating has this"),
-        ({"size": "32nm", "unit": "m"}, "rms height of .* no map has this.*another unit"),
+        ({"size": "32nm", "unit": "m"}, "rms height of .* no map has this.*`unit` is probably smaller"),
         ({"size": "1e4m", "unit": "nm"}, "pixels of 3.1e.02 m"),
-        ({"size": "5pm", "unit": "pm"}, "pixels of 1.6e-13 m.*or the size that of one pixel"),
+        ({"size": "5pm", "unit": "pm"}, "pixels of 1.6e-13 m.*`size` is probably larger, or is that of one pixel"),
     ],
 )
 def test_predict_refuses_what_no_body_has(options: dict[str, str | float | None], message: str) -> None:

@@ -49,8 +49,8 @@ def test_plain_arrays_are_read_with_the_units_given(suffix: str, tmp_path: Path,
 @pytest.mark.parametrize(
     ("fault", "expected"),
     [
-        ("nan", "8 of 480 heights are missing, 1.67 %: --fill 2% fills them, or --crop cuts a part without"),
-        ("inf", "8 of 480 heights are missing, 1.67 %: --fill 2% fills them, or --crop cuts a part without"),
+        ("nan", "8 of 480 heights are missing, 1.67 %: --fill 2% fills them, or --crop cuts out a part that has all"),
+        ("inf", "8 of 480 heights are missing, 1.67 %: --fill 2% fills them, or --crop cuts out a part that has all"),
         ("constant", "all heights are equal"),
         ("nothing", "all heights are equal"),
         ("plane", "the map is a plane"),

@@ -333,7 +333,7 @@ def test_a_map_with_holes_is_read_filled_or_cut(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
-        ([], "800 of 65536 heights are missing, 1.22 %: --fill 2% fills them, or --crop cuts a part without"),
+        ([], "800 of 65536 heights are missing, 1.22 %: --fill 2% fills them, or --crop cuts out a part that has all"),
         (["--fill", "0.001%"], "--fill allows"),
         (["--fill", "lots"], "largest share"),
         (["--fill", "90%"], "at most 50%"),
