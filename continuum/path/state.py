@@ -115,7 +115,7 @@ class PathState(Equilibrium):
     outcome: Outcome | None = None
     """Why the target has no state; None if it has one."""
     beyond: PathState | None = field(default=None, repr=False)
-    """The state after the jump, where the area jumps over the target."""
+    """Numbers of the state after the jump, where the area jumps over the target; it has no fields."""
     events: tuple[Event, ...] = ()
     """Jumps on the way from the state before."""
     lowest: tuple[float, float] | None = None
