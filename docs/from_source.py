@@ -139,8 +139,8 @@ def columns() -> str:
         parts += ["", f"## {title}", "", about, "", _table(("dataset", "meaning", "unit", "over"), rows)]
     about = (
         "`continuum sweep collect`: `table.csv`, and `table.h5` with one dimension for each axis. Before these columns"
-        " stand `system`, the keys on the axes, and after them columns of one's own. `load` is called `load_net` in `table.h5`"
-        " and in datasets of xarray, which have a method `load`; `table.csv` and the files of runs have `load`."
+        " stand `system`, the keys on the axes, and after them columns of one's own. `load` is called `load_net` in"
+        " `table.h5` and in datasets of xarray, which have a method `load`; `table.csv` and files of runs have `load`."
     )
     return "\n".join([*parts, "", "## The table of a sweep", "", about, "", table_of_a_sweep(), ""])
 

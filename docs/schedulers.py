@@ -1,6 +1,6 @@
 """A sweep on any scheduler that runs Python functions; `continuum sweep collect` does the rest.
 
-A job can be killed and run again, twice or on another machine with the same folder: see docs/cluster.md.
+A job can be killed and run again, twice or on another machine with the same folder.
 """
 
 from __future__ import annotations

@@ -12,12 +12,12 @@ from docs.studies import pages
 TEXTS = {path.relative_to(pages.DOCS).as_posix(): path.read_text(encoding="utf-8") for path in pages.pages()}
 MARKED = {page for page, text in TEXTS.items() if "<!--" in text and pages.marked(text)}
 LONGEST = {
-    "benchmarks": 430, "changes": 12, "cite": 125, "cluster": 455, "commands": 440, "contribute": 1245,
+    "benchmarks": 430, "changes": 12, "cite": 125, "cluster": 563, "commands": 365, "contribute": 1245,
     "install": 415, "why": 545, "tutorials/python": 200,
     "decks": 1500, "dispute": 490, "gradients": 375, "house": 700, "index": 450,
     "law": 785, "model": 635, "response": 460, "argument": 390,
     "limits": 435, "maps": 755, "paper": 1030, "paths": 720, "peers": 760,
-    "predict": 1120, "solver": 1540, "start": 200, "substrates": 375, "sweeps": 915, "trust": 265,
+    "predict": 1120, "solver": 1540, "start": 200, "substrates": 375, "sweeps": 882, "trust": 265,
     "tutorials/atoms": 520, "tutorials/deck": 145, "tutorials/indent": 165, "tutorials/map": 605,
     "tutorials/script": 440, "tutorials/copper": 215, "tutorials/film": 345, "tutorials/sweep": 295,
     "tutorials/validate": 345, "validation": 680, "view": 290,
