@@ -303,7 +303,8 @@ def follow(page: str, told: Told, folder: Path, ran: Callable[[str, str], str]) 
         if language == "toml":
             tomllib.loads(code)
         elif language == "lammps":
-            (folder / "in.mine").write_text(code, encoding="utf-8")
+            named = re.match(r"# (in\.\w+)\n", code)
+            (folder / (named[1] if named else "in.mine")).write_text(code, encoding="utf-8")
         elif language == "text":
             assert set(code.splitlines()) <= set(printed.splitlines()), f"{code}\nis not in what is printed:\n{printed}"
         elif language in ("", "sh", "python"):
