@@ -264,7 +264,7 @@ class Contact:
         return FoundThreshold(State(**vars(found), contact=replace(self, wall=problem.wall)), wall)
 
     def threshold(self, wall: WallOfWork, *, area: float = 0.01) -> Threshold:
-        """Estimate of this work from one state without adhesion: it takes seconds instead of minutes.
+        """Estimate of this work from one state without adhesion, without a search.
 
         It lies between ``low`` and ``high`` where adhesion changes the contacts little: χ up to 0.2, ten patches or
         more.  docs/law.md states it, with the surfaces on which it was tested; elsewhere it has to be searched for,
