@@ -22,3 +22,8 @@ axis.plot(np.arange(128) - 64, state.traction[:, 64], ".", label="solver")
 axis.plot(r, 2 * a / (np.pi * radius) * np.sqrt(1 - (r / a) ** 2), label="Hertz, of the same load")
 axis.set(xlim=(0, 1.5 * a), xlabel="distance from the axis ($a_0$)", ylabel="pressure ($E^*$)")
 axis.legend()
+peak, area = 2 * a / (np.pi * radius), np.pi * a**2
+axis.set_title(
+    f"largest pressure {state.traction.max():.4f} $E^*$, Hertz {peak:.4f} $E^*$;\n"
+    f"area {state.area_rep * 128**2:.0f} $a_0^2$, Hertz {area:.0f} $a_0^2$"
+)
