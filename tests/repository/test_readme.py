@@ -67,7 +67,7 @@ def test_the_example_runs_as_printed_in_a_script(tmp_path: Path) -> None:
     shown = re.search(r"```text\n(Sticky: .*?)```", README, re.DOTALL)
     assert shown is not None
     assert answer.split(".  ") == continued(shown[1]).removesuffix(".\n").split(".\n")
-    assert (tmp_path / "contact.png").stat().st_size > 1000
+    assert (tmp_path / "state.png").stat().st_size > 1000
     assert (tmp_path / "results" / "path.h5").is_file()
     assert (tmp_path / "results" / "quick.h5").is_file()
     assert (tmp_path / "deck" / "in.contact").is_file()
