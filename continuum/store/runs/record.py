@@ -85,6 +85,10 @@ def maps_in(rows: slice) -> dict[str, Any]:
     return {**of_points, "restart/gap": rows, "heights": slice(0)}
 
 
+_OF_EARLIER_VERSIONS = {"turn": "threshold", "NO_TURN": "NO_THRESHOLD"}
+"""Words in files of version 0.1.0, with those of today."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Point(Equilibrium):
     """Numbers of one point of a path.  Each field is stored as a dataset over ``step``."""
@@ -332,7 +336,7 @@ def _column(file: store.File, name: str, kind: object) -> list[Any]:
     values = file[name]
     if values.ndim != 1 or (values.dtype.kind == "U") != (kind is str):
         raise ValueError(f"{name} is no column of {'words' if kind is str else 'numbers'}")
-    found: list[Any] = values.tolist()
+    found: list[Any] = [_OF_EARLIER_VERSIONS.get(value, value) for value in values.tolist()]
     if unknown := set(found).difference(FLAGS.get(name, found)):
         raise ValueError(f"{name} is {unknown.pop()!r}")
     return found
