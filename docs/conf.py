@@ -73,6 +73,9 @@ def _described(app: Sphinx, what: str, name: str, thing: object, options: object
 
     A paragraph after the list is no parameter: two empty lines end a section.
     """
+    if what in ("attribute", "property"):
+        lines.insert(0, "")  # the first line would be a type where it has a colon
+        return
     rule = lines.index("Parameters") + 2 if "Parameters" in lines else len(lines)
     for i, line in enumerate(lines[rule:], rule):
         if i + 1 < len(lines) and lines[i + 1].startswith("---"):
@@ -130,9 +133,15 @@ def _types(app: Sphinx, tree: nodes.document) -> None:
                 line += [*parts[:first], nodes.Text(short), *parts[last:]]
 
 
+_MADE_BY = (
+    "kinds", "model_config", "constraints", "newer", "renamed", "kind_name", "kind_key", "work_key", "not_identity",
+    "example", "restored",
+)  # fmt: skip
+
+
 def _skipped(app: Sphinx, what: str, name: str, thing: object, skip: bool, options: object) -> bool | None:
     """Members that say how a class is made, and nothing to who calls it."""
-    return True if name in ("kinds", "model_config") else None
+    return True if name in _MADE_BY else None
 
 
 def _sized(app: Sphinx, tree: nodes.document) -> None:

@@ -194,11 +194,9 @@ def public(package: str, groups: Sequence[Mapping[str, Any]]) -> str:
         for name in group["names"]:
             value = getattr(import_module(package), name)
             directive = "autoclass" if isinstance(value, type) else "autofunction" if callable(value) else "autodata"
-            members = (
-                "\n   :members:\n   :inherited-members: BaseException, BaseModel, tuple, Calculator, Optimizer"
-                if directive == "autoclass"
-                else ""
-            )
+            # Members of these are machinery of libraries and of inputs.
+            without = "BaseException, Table, Description, BaseModel, tuple, Sequence, Calculator, Optimizer"
+            members = f"\n   :members:\n   :inherited-members: {without}" if directive == "autoclass" else ""
             text = f".. {directive}:: {package}.{name}{members}"
             lines += [f"### {name}", "", f"```{{eval-rst}}\n{text}\n```", ""]
     return "\n".join(lines)

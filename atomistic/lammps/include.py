@@ -126,8 +126,9 @@ class WallInclude:
         real = Units.metal(self.a0, self.contact_modulus)
         lx, ly = (self.a0 * length for length in self.period)
         rise = self.a0 * float(np.ptp(heights_of_shape(self.shape, self.grid)))
-        work, reach = per_area(self.wall.work_of_adhesion, real), self.a0 * (self.reach - self.wall.zero_gap)
-        return f"{lx:.4g} x {ly:.4g} Å, {rise:.3g} Å high, {work}, reaches {reach:.3g} Å beyond {self.a0:.4g} Å"
+        work, zero, end = per_area(self.wall.work_of_adhesion, real), self.a0 * self.wall.zero_gap, self.a0 * self.reach
+        law = f"work of adhesion {work}, no force at a gap of {zero:.3g} Å, none beyond {end:.3g} Å"
+        return f"{lx:.4g} x {ly:.4g} Å, {rise:.3g} Å from valley to peak; {law}"
 
     def steps(self, directory: Path) -> list[str]:
         """Remaining steps for the user, one line each."""
@@ -137,7 +138,7 @@ class WallInclude:
             line = f"atoms    {self.surface_atoms} surface atoms of {area:.3g} Å² each"
         return [
             line,
-            f"include  {directory / SCRIPT}   in your script, which has units {self.units}; its first lines say more",
+            f"include  {directory / SCRIPT}   in your script, of units {self.units}; its head has its variables",
         ]
 
     def write(self, directory: str | Path, *, force: bool = False) -> Path:

@@ -416,7 +416,7 @@ class State(PathState):
             ("attracted area A_att/A0", f"{self.area_att:.4g}"),
             ("κ = h'rms E* A_rep/N", f"{m.kappa:.4g}"),
             ("mean diameter d_rep", f"{m.diameter:.4g} a0"),
-            ("residual, of the traction that flattens the heights", f"{self.residual:.1e}"),
+            ("residual traction, of that which flattens the surface", f"{self.residual:.1e}"),
         ]
         if not np.isnan(self.duality_gap):
             rows.append(("duality gap, of the elastic energy", f"{self.duality_gap:.1e}"))

@@ -263,8 +263,8 @@ def side_of(state: PathState, value: float) -> JumpSide:
 NOT_LOOKED = "jumps on the way not looked for"
 """What is said of a point where :func:`not_looked_at`, and why."""
 HYSTERESIS = (
-    "where jumps on the way back were not looked for, steps so long may have lost contacts that slow retraction holds: "
-    "take shorter steps, or give event_resolution with another control than the area"
+    "jumps on the way back were not looked for, and after steps so long contacts may be missing that a slow retraction "
+    "would hold: take shorter steps, or give event_resolution with another control than the area"
 )
 
 

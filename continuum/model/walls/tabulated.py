@@ -23,6 +23,8 @@ class TabulatedWall(Wall):
     The energy is the integral of the spline, zero at the last knot, so that energy, traction and stiffness are
     consistent.  Below the first knot the traction continues linearly, beyond the last it is zero.
 
+    A_att counts the points up to the last knot: end the table where the traction no longer matters.
+
     Raises ValueError unless gap and traction are such columns.  Two walls are equal only if they are one object.
 
     Examples
