@@ -67,6 +67,8 @@ def in_company(world: World) -> Iterator[None]:
         stopped = isinstance(error, KeyboardInterrupt)
         code = 128 + (error.args[0] if error.args else signal.SIGINT) if stopped else NOT_CONVERGED
         atexit.register(_end, code)
+        if stopped and not world.first:  # which says it for all
+            raise SystemExit(code) from None
         if isinstance(error, (StickinessError, MemoryError, OSError)) or not isinstance(error, Exception):
             raise
         said = f"process {world.rank} of {world.size} has lost the others: {str(error).strip().splitlines()[0]}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -96,4 +97,6 @@ def test_a_process_that_loses_the_others_says_so(monkeypatch: pytest.MonkeyPatch
         raise RuntimeError("reset by peer\nand more")
     with pytest.raises(KeyboardInterrupt), processes.in_company(World(0, 2, 2)):
         raise KeyboardInterrupt
-    assert codes == [1, 130]
+    with pytest.raises(SystemExit, match="143"), processes.in_company(World(1, 2, 2)):  # the first says it for all
+        raise KeyboardInterrupt(signal.SIGTERM)
+    assert codes == [1, 130, 143]
