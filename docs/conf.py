@@ -37,7 +37,7 @@ sphinx_gallery_conf = {
     "write_computation_times": False,
     "download_all_examples": False,
     "show_signature": False,
-    "min_reported_time": 1e9,  # seconds: no page shows how long it took on the machine that built it
+    "min_reported_time": 10**9,  # seconds: no page shows how long it took on the machine that built it
     "capture_repr": (),
     "reset_modules": (_style,),
 }
