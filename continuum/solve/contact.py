@@ -78,7 +78,7 @@ def _slow(residuals: list[float]) -> bool:
 
 def _direction(contact: StiffContact, last: Line, after: float) -> Line:
     """Solve the equations of the contact; the next direction is conjugate to the last one under K + φ''."""
-    contact.pose()
+    contact.set_up()
     beta = 0.0
     residual = first = contact.precondition()
     for _ in range(DIRECTIONS):

@@ -68,7 +68,7 @@ class StiffContact(Protocol):
         g that is not ``complete`` lacks the traction of z, or that of the last step.
         """
 
-    def pose(self) -> None:
+    def set_up(self) -> None:
         """Set y to 0 and r to G g, for the contact that was found last."""
 
     def precondition(self) -> float:

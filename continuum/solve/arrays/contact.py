@@ -75,7 +75,7 @@ class ArrayContact:
             grid.g = _finished(self.library, grid.g, grid.d_q, work, grid.K, step, grid.marks, held=grid.held)
         return math.sqrt(square(self.library, grid.g, grid.marks.weights))
 
-    def pose(self) -> None:
+    def set_up(self) -> None:
         grid = self.grid
         least, stiffness = self._found
         self._kernel = self._kernel_of(stiffness)

@@ -92,7 +92,7 @@ class CompiledContact:
         sums = grid.spectral(lambda a, b, sums: spectra.finish_gradient(a, b, sums, *given), forward=not complete)
         return float(np.sqrt(sums[0]))
 
-    def pose(self) -> None:
+    def set_up(self) -> None:
         grid, response = self.grid, self.response
         least, stiffness = self._found
         self._kernel = self._kernel_of(stiffness)

@@ -82,7 +82,7 @@ class TiledSmoothGrid(TilePasses, CompiledSmoothGrid):
         error = last = np.inf
         first, snapped = 0.0, False
         while len(history) <= iterations:
-            mean = self._yield_to(f)
+            mean = self._gap_under(f)
             near = self.near_wall(f, self.z, self.law)
             if near is None:
                 return False
@@ -103,7 +103,7 @@ class TiledSmoothGrid(TilePasses, CompiledSmoothGrid):
             tiles.onto(f)
         return False
 
-    def _yield_to(self, f: Real) -> float:
+    def _gap_under(self, f: Real) -> float:
         """Set z to the gap of a surface under the traction f; returns the mean of its displacement."""
         self._load(f)
         force = 0.0 if self.held else self.pressure
@@ -160,7 +160,7 @@ class _Tiles:
         aim = part**2 * _dot(left, left)
         kept: list[tuple[Single, Single, Single, float]] = []
         for _ in range(DIRECTIONS):
-            tiles.relent(left, self.stiffness, self.spare)
+            tiles.precondition(left, self.stiffness, self.spare)
             w = tiles.comply_with(self.spare, tiles.answer).copy()
             t = self.spare.astype(np.float32)
             q = t + self.stiffness * w

@@ -331,7 +331,7 @@ class Tiles:
         self._up(smooth, more)
         return float(self.sweep(near_field.onto_contact, mask, beside, more, out)[0])
 
-    def relent(self, missing: Real, stiffness: Single, out: Real) -> None:
+    def precondition(self, missing: Real, stiffness: Single, out: Real) -> None:
         """Set out to about (1 + φ'' G)^-1 missing, φ'' being the stiffness."""
         wall, least = self.split.wall, self.split.softest
         stiff = stiffness > 0.5 * wall

@@ -181,7 +181,7 @@ def test_a_wall_lies_in_series_with_the_substrate(spots: Spots) -> None:
     tiles = Tiles(engine.whole, split, contact.reshape(8, SIDE, 16, SIDE).any(axis=(1, 3)))
     missing, stiff = np.random.default_rng(5).normal(size=tiles.shape), tiles.gather(1.0 * contact) > 0
     out, expected, before = tiles.field(), tiles.field(), split.far.transforms
-    tiles.relent(missing, np.where(stiff, np.float32(0.36), np.float32(0.34)), out)
+    tiles.precondition(missing, np.where(stiff, np.float32(0.36), np.float32(0.34)), out)
     tiles.stiffen(stiff, expected, softest / (1 + softest / k), missing, 0.0)
     np.testing.assert_array_equal(out, np.where(stiff, expected / k, missing))
     assert split.far.transforms == before + 4  # a pair each
