@@ -73,9 +73,9 @@ def test_x_is_along_a_line_of_any_text(tmp_path: Path) -> None:
 def test_what_is_far_below_an_atom_is_in_another_unit(factor: float, tmp_path: Path) -> None:
     """Of a tilted map, too: a plane is no roughness."""
     tilted = factor * (HEIGHTS / HEIGHTS.std() + 0.0) + factor * 3 * np.arange(32.0)[:, None]
-    with pytest.raises(TopographyError, match=r"an rms height of .* another unit"):
+    with pytest.raises(TopographyError, match=r"an rms height of .* `unit` is probably larger"):
         read_all([0.5 * tilted], size="320nm,200nm", unit="nm")
-    with pytest.raises(TopographyError, match=r"pixels of .* another unit"):
+    with pytest.raises(TopographyError, match=r"pixels of .* `size` is probably larger"):
         read_all([HEIGHTS], size=f"{320 * factor:g}nm", unit="nm")
 
 
