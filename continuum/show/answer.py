@@ -129,9 +129,14 @@ def _change(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
 
 def _held(prediction: PredictionNumbers) -> str:
     """Pull-off stress, and contact area and gap without load."""
-    found = prediction.adhesion
+    found, threshold = prediction.adhesion, prediction.threshold
     if found is None:
-        return ""
+        known = threshold is not None and threshold.adhesion is not None
+        return (
+            "Pull-off stress: not known, as adhesion changes the gaps by more than the series describes"
+            if known
+            else ""
+        )
     pull = found.pull_off
     at = f"at {per_cent(pull.area)} contact" if pull.area else "before it touches"
     said = f"Pull-off stress: {'at least ' if pull.doubt else ''}{pressure(-pull.pressure)}, {at}"

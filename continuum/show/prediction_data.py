@@ -78,7 +78,7 @@ def _load_curve(prediction: PredictionNumbers) -> dict[str, Any] | None:
     """Mean pressures and gaps against the area: at w with the interval of w_c, at w_c, and without adhesion."""
     found = prediction.threshold
     curve = None if found is None else found.adhesion
-    if found is None or curve is None:
+    if found is None or curve is None or prediction.adhesion is None:
         return None
     works = load_works(prediction, found)
     return {

@@ -102,10 +102,17 @@ class MapCurve:
         found = self.curve.at_load(work / self.scale, pressure / self.stress)
         return None if found is None else self._point(found)
 
-    def at_work(self, work: float, pressure: float | None = None) -> UnderAdhesion:
-        """Pull-off stress, and the states without load and at a mean pressure, if one is given."""
+    def at_work(self, work: float, pressure: float | None = None) -> UnderAdhesion | None:
+        """Pull-off stress, and the states without load and at a mean pressure, if one is given.
+
+        None where the series fails: it has the largest tension at a mean gap that the attraction does not bridge, at
+        which nothing touches on approach.
+        """
+        pull_off = self.pull_off(work)
+        if pull_off.gap > self.length * self.curve.gaps_apart.max():
+            return None
         unloaded = self.at_pressure(work, 0.0)
-        found = UnderAdhesion(self.pull_off(work), unloaded if unloaded is not None and unloaded.area > 0 else None)
+        found = UnderAdhesion(pull_off, unloaded if unloaded is not None and unloaded.area > 0 else None)
         if pressure is None:
             return found
         return found._replace(loaded=self.at_pressure(work, pressure), alone=self.at_pressure(0.0, pressure))
@@ -151,7 +158,8 @@ class MapCurve:
         Not known either where less than :data:`LEAST_UNLOADED` touches without load.
         """
         tension, inside = self.curve.tension_on_sphere(work / self.scale)
-        zero = self.at_work(work).unloaded
+        found = self.at_work(work)
+        zero = None if found is None else found.unloaded
         known = inside and zero is not None and not zero.doubt and zero.area >= LEAST_UNLOADED
         return (tension * self.stress * self.length, zero) if known and zero is not None else None
 

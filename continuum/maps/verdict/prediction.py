@@ -203,7 +203,7 @@ class PredictionNumbers:
 
     @cached_property
     def adhesion(self) -> UnderAdhesion | None:
-        """Pull-off stress, and area and gap without load and at the given one; None where there are bounds only."""
+        """Pull-off stress, and area and gap without load and at the given one; None if not known."""
         curve = None if self.threshold is None else self.threshold.adhesion
         return None if curve is None else curve.at_work(self.contact.work_of_adhesion, self.pressure)
 

@@ -150,7 +150,7 @@ def test_a_map_is_dropped_and_asked_about(client: Client, map_file: Path) -> Non
     assert [one["work"] for one in answer["curve"]] == [one.work for one in threshold.curve]
     values = {"work": "5J/m2", "contact_modulus": "82.4GPa", "range": "350pm", "cutoff": "62.5nm"}
     assert {name: answer["values"][name] for name in values} == values
-    assert (answer["adhesion"] is None) is (threshold.adhesion is None)
+    assert (answer["adhesion"] is None) is (found.adhesion is None)
     assert answer["command"].startswith("continuum predict map.npy --size 1um --unit nm --material silicon --mat")
     contact, deciding = map(heights_of, said["layers"])
     assert contact.shape == deciding.shape == (64, 64)

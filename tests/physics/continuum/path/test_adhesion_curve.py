@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -97,6 +98,8 @@ def test_a_curve_in_other_units_is_the_same_curve() -> None:
     work = 2 * float(curve().at([0.01]).thresholds()[0])
     plain, other = MapCurve(curve(), 1.0, 1.0, 1.0), MapCurve(curve(), 2e9, 3.0, 1e-9)
     one, same = plain.at_work(work, 1e-4), other.at_work(3.0 * work, 2e5)
+    assert one is not None
+    assert same is not None
     assert same.pull_off.pressure == pytest.approx(2e9 * one.pull_off.pressure)
     assert one.loaded is not None
     assert same.loaded is not None
@@ -105,6 +108,18 @@ def test_a_curve_in_other_units_is_the_same_curve() -> None:
     assert one.loaded.area > one.alone.area
     assert same.loaded.gap == pytest.approx(1e-9 * one.loaded.gap)
     assert one.loaded.gap < one.alone.gap
+
+
+def test_nothing_is_said_where_the_series_leaves_the_reach_of_the_attraction() -> None:
+    """Slow approach touches nothing at a mean gap that the attraction does not bridge, as on solids as soft as PDMS."""
+    work = 2 * float(curve().at([0.01]).thresholds()[0])
+    known = {}
+    for more in (1.0, 1e4):  # times the displacement by the attraction, as of a softer body
+        found = MapCurve(replace(curve(), withdrawal=more * np.abs(curve().withdrawal)), 1.0, 1.0, 1.0)
+        known[more] = found.at_work(work)
+        assert (known[more] is None) is bool(found.pull_off(work).gap > curve().gaps_apart.max())
+    assert known[1.0] is not None
+    assert known[1e4] is None
 
 
 def test_pull_off_and_area_change_with_the_heights_as_their_derivatives_say() -> None:
