@@ -62,9 +62,9 @@ def run_contact_maps(result: Result) -> Figure:
 
 
 def _maps(number: int) -> tuple[Figure, Any]:
-    figure, axes = plot.new_axes(
-        plot.PAGE if number > 1 else plot.COLUMN, 8.4 / max(number, 2.2), 1, number, squeeze=False, sharey=True
-    )
+    width = plot.PAGE if number > 1 else plot.COLUMN
+    # Square maps, with two lines of title above and the labels and the legend below.
+    figure, axes = plot.new_axes(width, width / number + 1.0, 1, number, squeeze=False, sharey=True)
     for axis in axes[0]:
         axis.set_xlabel("x ($a_0$)")
     axes[0, 0].set_ylabel("y ($a_0$)")
