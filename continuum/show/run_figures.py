@@ -50,7 +50,7 @@ def run_contact_maps(result: Result) -> Figure:
     touching = [i for i, point in enumerate(points) if point.area_rep > 0 and point.branch != "retract"]
     touching = touching or list(range(len(points)))
     chosen = np.unique(np.array(touching)[np.linspace(0, len(touching) - 1, 3).round().astype(int)])
-    figure, axes = _maps(len(chosen))
+    figure, axes = _maps(len(chosen), 0.9)
     titles = []
     for axis, step in zip(axes, chosen.tolist(), strict=True):
         plot.contact_image(axis, result.contact_map(step), result.grid.lengths)
@@ -61,10 +61,10 @@ def run_contact_maps(result: Result) -> Figure:
     return figure
 
 
-def _maps(number: int) -> tuple[Figure, Any]:
+def _maps(number: int, beside: float) -> tuple[Figure, Any]:
+    """Square maps in a row; ``beside``: height of titles, labels and legend, in inches, by which no text is cut."""
     width = plot.PAGE if number > 1 else plot.COLUMN
-    # Square maps, with two lines of title above and the labels and the legend below.
-    figure, axes = plot.new_axes(width, width / number + 1.0, 1, number, squeeze=False, sharey=True)
+    figure, axes = plot.new_axes(width, width / number + beside, 1, number, squeeze=False, sharey=True)
     for axis in axes[0]:
         axis.set_xlabel("x ($a_0$)")
     axes[0, 0].set_ylabel("y ($a_0$)")
@@ -135,7 +135,7 @@ def _label(point: MeasuredPoint) -> str:
 @plot.styled
 def _patch_maps(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
     """Connected patches, the largest in colours of their own, the others grey."""
-    figure, axes = _maps(len(points))
+    figure, axes = _maps(len(points), 0.65)
     titles = []
     grid = analysis.result.grid
     for axis, point in zip(axes, points, strict=True):

@@ -35,6 +35,18 @@ def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figu
     assert faults_in_print(map_figure(result.contact_map(0), result.grid.lengths, first.area_rep, first.load)) == []
 
 
+@pytest.mark.parametrize("targets", [[0.02], [0.02, 0.1], [0.02, 0.1, 0.3]])
+def test_no_title_of_one_to_three_maps_is_cut(targets: list[float], small: Path, drawn: dict[str, Figure]) -> None:
+    tables = {"loading": {"control": "repulsive-area", "targets": targets, "area_tolerance": 0.2}}
+    result = continuum.run(small, small.parent, settings=tables)
+    draw_run(result)
+    draw_analysis(result.analyse())
+    assert {name: faults_in_print(drawn[f"small-{name}"]) for name in ("contact", "patches")} == {
+        "contact": [],
+        "patches": [],
+    }
+
+
 def test_figures_of_a_prediction() -> None:
     """Of two bodies that are pressed; in ``test_predict.py`` are some that are not."""
     grid = Grid.square(32)
