@@ -133,7 +133,7 @@ def _types(app: Sphinx, tree: nodes.document) -> None:
                 line += [*parts[:first], nodes.Text(short), *parts[last:]]
 
 
-_MADE_BY = (
+_MACHINERY = (
     "kinds", "model_config", "constraints", "newer", "renamed", "kind_name", "kind_key", "work_key", "not_identity",
     "example", "restored",
 )  # fmt: skip
@@ -141,7 +141,7 @@ _MADE_BY = (
 
 def _skipped(app: Sphinx, what: str, name: str, thing: object, skip: bool, options: object) -> bool | None:
     """Members that say how a class is made, and nothing to who calls it."""
-    return True if name in _MADE_BY else None
+    return True if name in _MACHINERY else None
 
 
 def _sized(app: Sphinx, tree: nodes.document) -> None:

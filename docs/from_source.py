@@ -159,9 +159,10 @@ def exit_codes() -> str:
     """With which codes both programs end."""
     rows = [(str(code), meaning) for code, meaning in EXIT_CODES.items()]
     about = (
-        "Every command of `continuum` and `atomistic` ends with one of these codes. Finished work is stored in every "
-        "case but 2, and the same command continues after a signal. 143 is what `kill` and queues cause, 129 a closed "
-        "terminal, 141 a closed pipe."
+        "Every command of `continuum` and `atomistic` ends with one of these codes. In every case but 2 `run`,"
+        " `threshold`, `sweep run`, `sweep collect`, `validate` and `deck` have stored their finished work; after a"
+        " signal the same command continues. 143 is what `kill` and queues cause, 129 a closed terminal, 141 a closed"
+        " pipe."
     )
     return f"# Exit codes\n\n{about}\n\n{_table(('code', 'meaning'), rows)}\n"
 

@@ -1,6 +1,5 @@
 """The commands of ``atomistic``: each calls the function of its name, shows what it returns, and says how it went."""
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,8 +16,7 @@ from atomistic.lammps import engine
 from atomistic.lammps.include import SCRIPT
 from atomistic.relax.decks import deck_input
 from continuum.front.doctor import diagnosed
-from continuum.front.options import FIGURES
-from continuum.front.options import like as like_of
+from continuum.front.options import FIGURES, like
 from continuum.inputs.errors import OK
 from continuum.inputs.reading import load
 from continuum.inputs.reference import schema as schema_of
@@ -27,7 +25,6 @@ from continuum.inputs.tables import Fault
 from continuum.inputs.toml import Document, refuse
 from continuum.show.console import progress, progress_of_known, report, verbose
 
-like = partial(like_of, hint="Finished work is stored.")
 INPUTS: dict[str, tuple[type[Document], str]] = {
     "validate": (ValidateConfig, "inputs/validate/quick.toml"),
     "deck": (DeckConfig, "inputs/lammps/rough.toml"),

@@ -200,7 +200,6 @@ def as_options(message: str, known: Container[str]) -> str:
 
 def like(
     function: Callable[..., object],
-    hint: str = "",
     help: Mapping[str, str] | None = None,
     draws: str = "",
     *,
@@ -214,7 +213,6 @@ def like(
     Parameters
     ----------
     function : a function with a docstring in NumPy's style.
-    hint : text after the message of an unexpected error.
     help : help texts of arguments that are described elsewhere, or otherwise than in Python.
     draws : help of ``--format``, of a command that draws figures.
     resumes : whether the command, once stopped, continues from what it stored.
@@ -242,7 +240,7 @@ def like(
 
                 ready = written_as(formats)(ready)
             known = [name for name, one in signature.parameters.items() if one.kind is one.KEYWORD_ONLY]
-            return exit_code(ready, hint, voice, partial(as_options, known=known), resumes=resumes)
+            return exit_code(ready, voice, partial(as_options, known=known), resumes=resumes)
 
         vars(called)["__signature__"] = signature
         called.__doc__ = command.__doc__ or inspect.cleandoc(function.__doc__ or "").partition("\n\nParameters")[0]

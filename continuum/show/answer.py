@@ -149,7 +149,7 @@ def _loaded(prediction: PredictionNumbers) -> str:
     if found is None or given is None:
         return ""
     if found.loaded is None:
-        return f"At {pressure(given)} more of the area touches than the curve has"
+        return f"At {pressure(given)} area and gap are not known: they lie beyond the states that were computed"
     alone = "" if found.alone is None else f" (without adhesion {_state(found.alone)})"
     return f"At {pressure(given)} {_state(found.loaded)}{alone}"
 

@@ -177,7 +177,6 @@ def report(*sheets: Sheet, warnings: Sequence[str] = (), lines: Iterable[object]
 
 def exit_code(
     command: Callable[[], int],
-    advice: str = "",
     voice: Voice = "normal",
     worded: Callable[[str], str] = str,
     *,
@@ -188,7 +187,6 @@ def exit_code(
     Parameters
     ----------
     command : returns its exit code.
-    advice : text added to the message if the work itself failed.
     voice : amount of output.
     worded : what a message is on a command line.
     resumes : whether the command, once stopped, continues from what it stored.
@@ -202,7 +200,8 @@ def exit_code(
             sys.stdout.flush()
     except StickinessError as error:
         text = worded(str(error))
-        return _complain(text if error.exit_code == BAD_INPUT else f"{text}\n{advice}".rstrip(), error.exit_code)
+        kept = "\nFinished work is stored." if resumes and error.exit_code != BAD_INPUT else ""
+        return _complain(f"{text}{kept}", error.exit_code)
     except OSError as error:
         if isinstance(error, BrokenPipeError) or (error.errno == errno.EIO and error.filename is None):
             # The reader, such as `head`, has seen enough, or the terminal is gone.  Nothing more can be said to it, not

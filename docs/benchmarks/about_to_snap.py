@@ -9,7 +9,6 @@ by one, and running again goes on; two files, of two versions of the solver, are
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 import time
 from functools import partial
@@ -27,6 +26,7 @@ from continuum.path.loading import follow, solve
 from continuum.path.state import PathState, Search
 from continuum.path.threshold_search import bracket_threshold
 from continuum.solve.solution import Settings
+from docs.benchmarks.rows import add_row, rows_of
 
 __all__ = ["SYSTEMS", "System", "measure", "summary"]
 
@@ -118,10 +118,6 @@ def measure(system: System) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _rows(file: Path) -> list[dict[str, str]]:
-    return list(csv.DictReader(file.read_text().splitlines())) if file.exists() else []
-
-
 def summary(one: list[dict[str, str]], other: list[dict[str, str]]) -> str:
     """Pairs and CPU time of the second file over those of the first, of the systems in both, and how states differ."""
     of = [{tuple(row[key] for key in System._fields): row for row in rows} for rows in (one, other)]
@@ -153,20 +149,14 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=len(SYSTEMS))
     parser.add_argument("--beside", type=Path)
     given = parser.parse_args()
-    missing = SYSTEMS[len(_rows(given.file)) : given.count] if given.beside is None else ()
+    missing = SYSTEMS[len(rows_of(given.file)) : given.count] if given.beside is None else ()
     for system in (SYSTEMS[0], SYSTEMS[5]) if missing else ():  # compile and load both laws
         measure(system._replace(kind="area", lambda_s=16))
     for system in missing:
         row = {key: f"{value:.6g}" if isinstance(value, float) else value for key, value in measure(system).items()}
-        fresh = not given.file.exists()
-        with given.file.open("a", newline="") as file:
-            writer = csv.DictWriter(file, row, lineterminator="\n")
-            if fresh:
-                writer.writeheader()
-            writer.writerow(row)
-        sys.stderr.write(" ".join(map(str, row.values())) + "\n")
+        add_row(given.file, row)
     if given.beside is not None:
-        sys.stdout.write(summary(_rows(given.beside), _rows(given.file)) + "\n")
+        sys.stdout.write(summary(rows_of(given.beside), rows_of(given.file)) + "\n")
 
 
 if __name__ == "__main__":

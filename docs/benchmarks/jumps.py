@@ -8,7 +8,6 @@ running again goes on; ``--beside OTHER.csv`` compares two files.
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 from collections import defaultdict
 from pathlib import Path
@@ -25,6 +24,7 @@ from continuum.path import area as searches
 from continuum.path.loading import solve
 from continuum.path.state import PathState, Search
 from continuum.solve.solution import Settings
+from docs.benchmarks.rows import add_row, rows_of
 
 __all__ = ["SYSTEMS", "System", "measure", "summary"]
 
@@ -119,19 +119,11 @@ def main() -> None:
     parser.add_argument("--only", type=int, nargs="*", default=range(len(SYSTEMS)))
     parser.add_argument("--beside", type=Path)
     given = parser.parse_args()
-    rows = list(csv.DictReader(given.file.read_text().splitlines())) if given.file.exists() else []
-    known = {_key(row) for row in rows}
+    known = {_key(row) for row in rows_of(given.file)}
     for system in [SYSTEMS[i] for i in given.only if SYSTEMS[i] not in known] if given.beside is None else ():
-        row = measure(system)
-        fresh = not given.file.exists()
-        with given.file.open("a", newline="") as file:
-            writer = csv.DictWriter(file, row, lineterminator="\n")
-            if fresh:
-                writer.writeheader()
-            writer.writerow(row)
-        sys.stderr.write(" ".join(map(str, row.values())) + "\n")
+        add_row(given.file, measure(system))
     if given.beside is not None:
-        sys.stdout.write(summary(list(csv.DictReader(given.beside.read_text().splitlines())), rows) + "\n")
+        sys.stdout.write(summary(rows_of(given.beside), rows_of(given.file)) + "\n")
 
 
 if __name__ == "__main__":

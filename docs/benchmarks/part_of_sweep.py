@@ -10,7 +10,6 @@ its surface and its file.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from statistics import median
 from typing import Any
 
 from continuum.store.sweeps.axes import Sweep
+from docs.benchmarks.rows import add_row, rows_of
 
 EVERY = 20
 APART = 0.02
@@ -56,7 +56,7 @@ class _Version:
 
 def measure(file: Path, sweep: Sweep, before: str) -> None:
     """Run the systems that are missing in a file."""
-    done = len(file.read_text().splitlines()) - 1 if file.exists() else 0
+    done = len(rows_of(file))
     systems = [dict(plan.settings) for plan, *_ in sweep.plans()][::EVERY]
     versions, tables = {"before": _Version(before), "now": _Version(sys.executable)}, dict(sweep.base.data)
     for version in versions.values() if done < len(systems) else ():
@@ -68,12 +68,7 @@ def measure(file: Path, sweep: Sweep, before: str) -> None:
         found = {name: versions[name].run(tables, settings) for name in order}
         row |= {f"{key}_{name}": value for name in versions for key, value in zip(RESULTS, found[name], strict=True)}
         row = {key: f"{value:.7g}" if isinstance(value, float) else value for key, value in row.items()}
-        with file.open("a", newline="") as out:
-            writer = csv.DictWriter(out, row, lineterminator="\n")
-            if number == 0:
-                writer.writeheader()
-            writer.writerow(row)
-        sys.stderr.write(" ".join(map(str, row.values())) + "\n")
+        add_row(file, row)
 
 
 def summary(rows: list[dict[str, str]]) -> str:
@@ -105,7 +100,7 @@ def main() -> None:
     parser.add_argument("--sweep", default="inputs/sweep/who-is-right.toml")
     given = parser.parse_args()
     measure(given.file, Sweep.read(given.sweep, reduced=True), given.before)
-    sys.stdout.write(summary(list(csv.DictReader(given.file.read_text().splitlines()))) + "\n")
+    sys.stdout.write(summary(rows_of(given.file)) + "\n")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ a solve from rest at the mean gap that was found.  Rows are written one by one, 
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 import time
 from collections.abc import Iterable
@@ -27,6 +26,7 @@ from continuum.path.equilibrium import equilibrium
 from continuum.path.loading import solve
 from continuum.path.state import PathState, height, nearness
 from continuum.solve.solution import Settings
+from docs.benchmarks.rows import add_row, rows_of
 
 SHAPES = ((128, 128), (128, 128), (192, 192), (256, 256), (256, 256), (128, 256), (251, 251), (1, 4096))
 OPEN = 1 / 6
@@ -132,7 +132,7 @@ def table(files: dict[str, Path]) -> str:
     lines = ["| search | pairs: median, 90 %, most | over the last solve | hard wall at 99 %: least to most |"]
     lines.append("| --- | --- | --- | --- |")
     for name, file in files.items():
-        rows = list(csv.DictReader(file.read_text().splitlines()))
+        rows = rows_of(file)
         found = [row for row in rows[:COUNT] if row["status"] == "CONVERGED"]
         total, last = (np.array([float(row[key]) for row in found]) for key in ("pairs", "last"))
         of = [", ".join(f"{each:.{digits}f}" for each in (median(one), np.quantile(one, 0.9), one.max()))
@@ -144,7 +144,7 @@ def table(files: dict[str, Path]) -> str:
 
 def dearer(before: Path, after: Path) -> str:
     """The systems whose search takes more than :data:`DEARER` times the pairs of before, the worst ratio first."""
-    both = zip(*(csv.DictReader(file.read_text().splitlines()) for file in (before, after)), strict=True)
+    both = zip(rows_of(before), rows_of(after), strict=True)
     ratios = [(float(one["pairs"]) / float(other["pairs"]), one, other) for other, one in both]
     dear = sorted((each for each in ratios if each[0] > DEARER), key=lambda each: -each[0])
     lines = ["| number | points | wall | area | pairs: three searches, one | ratio | one over its last solve |"]
@@ -167,17 +167,9 @@ def main() -> None:
     parser.add_argument("file", type=Path)
     parser.add_argument("--count", type=int, default=COUNT + len(HARD))
     given = parser.parse_args()
-    rows = list(csv.DictReader(given.file.read_text().splitlines())) if given.file.exists() else []
-    for number in range(len(rows), given.count):
-        row = search(number)
-        rows.append(row)
-        with given.file.open("a", newline="") as file:
-            writer = csv.DictWriter(file, row, lineterminator="\n")
-            if number == 0:
-                writer.writeheader()
-            writer.writerow(row)
-        sys.stderr.write(" ".join(map(str, row.values())) + "\n")
-    sys.stdout.write(summary(rows) + "\n")
+    for number in range(len(rows_of(given.file)), given.count):
+        add_row(given.file, search(number))
+    sys.stdout.write(summary(rows_of(given.file)) + "\n")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ time is the least.  A file that has rows already is gone on with.
 
 from __future__ import annotations
 
-import csv
 import sys
 import time
 from collections.abc import Iterator
@@ -25,6 +24,7 @@ from continuum.path.loading import solve
 from continuum.path.state import PathState, Search
 from continuum.solve import contact
 from continuum.solve.solution import Settings
+from docs.benchmarks.rows import add_row, rows_of
 
 __all__ = ["STATES", "State", "measure", "summary"]
 
@@ -171,19 +171,10 @@ def summary(rows: list[dict[str, Any]]) -> str:
 
 
 def main(file: Path, seed: int = 1) -> None:
-    rows: list[dict[str, Any]] = []
-    if file.exists():
-        with file.open(newline="") as text:
-            rows = list(csv.DictReader(text))
-    for state in STATES[len(rows) :]:
+    for state in STATES[len(rows_of(file)) :]:
         row = measure(state._replace(seed=seed))
-        rows.append({key: f"{value:.5g}" if isinstance(value, float) else str(value) for key, value in row.items()})
-        sys.stdout.write(f"{state}: {row['fewer']:.2f} {row['faster']:.2f} {row['points_different']}\n")
-        with file.open("w", newline="") as text:
-            table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-            table.writeheader()
-            table.writerows(rows)
-    sys.stdout.write(summary(rows) + "\n")
+        add_row(file, {key: f"{value:.5g}" if isinstance(value, float) else str(value) for key, value in row.items()})
+    sys.stdout.write(summary(rows_of(file)) + "\n")
 
 
 if __name__ == "__main__":

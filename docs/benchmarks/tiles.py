@@ -6,7 +6,6 @@ is the least of the turns.  A file that has rows already is gone on with, and it
 
 from __future__ import annotations
 
-import csv
 import sys
 import time
 from pathlib import Path
@@ -21,6 +20,7 @@ from continuum.path.state import Control, PathState, Search
 from continuum.solve.compiled import tiles
 from continuum.solve.solution import Settings
 from docs.benchmarks.cases import TOLERANCE, rough
+from docs.benchmarks.rows import add_row, rows_of
 
 TURNS = {1024: 3, 2048: 2}
 STEP = 0.05
@@ -91,17 +91,9 @@ def measure(state: State) -> dict[str, Any]:
 
 
 def main(file: Path) -> None:
-    rows: list[dict[str, Any]] = []
-    if file.exists():
-        rows = list(csv.DictReader(file.read_text().splitlines()))
-    for state in STATES[len(rows) :]:
-        row = {key: f"{value:.4g}" if isinstance(value, float) else str(value) for key, value in measure(state).items()}
-        rows.append(row)
-        sys.stderr.write(" ".join(row.values()) + "\n")
-        with file.open("w", newline="") as text:
-            table = csv.DictWriter(text, list(row), lineterminator="\n")
-            table.writeheader()
-            table.writerows(rows)
+    for state in STATES[len(rows_of(file)) :]:
+        add_row(file, {key: f"{v:.4g}" if isinstance(v, float) else str(v) for key, v in measure(state).items()})
+    rows = rows_of(file)
     slower = [float(row["slower"]) for row in rows]
     sys.stdout.write(f"without tiles {min(slower):.2f} to {max(slower):.2f} times the CPU time, {len(rows)} states\n")
 

@@ -53,9 +53,9 @@ class UnderAdhesion(NamedTuple):
     pull_off: CurvePoint
     """The largest tension on approach: the pull-off stress, or a lower bound of it."""
     unloaded: CurvePoint | None
-    """The state without load; None beyond the areas of the curve, or where nothing touches."""
+    """The state without load; None if it is not known, or nothing touches."""
     loaded: CurvePoint | None = None
-    """The state at the pressure that was asked for; None beyond the areas of the curve, or without one."""
+    """The state at the pressure that was asked for; None if it is not known, or without one."""
     alone: CurvePoint | None = None
     """The same without adhesion."""
 
@@ -98,21 +98,19 @@ class MapCurve:
         return self._point(found, self._snaps(found, work / self.scale))
 
     def at_pressure(self, work: float, pressure: float) -> CurvePoint | None:
-        """The state at a mean pressure on approach; None beyond the areas of the curve."""
+        """The state at a mean pressure on approach; None beyond the states of the curve, and where the series fails."""
         found = self.curve.at_load(work / self.scale, pressure / self.stress)
-        return None if found is None else self._point(found)
+        return None if found is None or self._fails(found) else self._point(found)
 
     def at_work(self, work: float, pressure: float | None = None) -> UnderAdhesion | None:
         """Pull-off stress, and the states without load and at a mean pressure, if one is given.
 
-        None where the series fails: it has the largest tension at a mean gap that the attraction does not bridge, at
-        which nothing touches on approach.
+        None where the series fails at the largest tension.
         """
-        pull_off = self.pull_off(work)
-        if pull_off.gap > self.length * self.curve.gaps_apart.max():
+        if self._fails(self.curve.least(work / self.scale)):
             return None
         unloaded = self.at_pressure(work, 0.0)
-        found = UnderAdhesion(pull_off, unloaded if unloaded is not None and unloaded.area > 0 else None)
+        found = UnderAdhesion(self.pull_off(work), unloaded if unloaded is not None and unloaded.area > 0 else None)
         if pressure is None:
             return found
         return found._replace(loaded=self.at_pressure(work, pressure), alone=self.at_pressure(0.0, pressure))
@@ -179,6 +177,13 @@ class MapCurve:
         return CurvePoint(
             found.load * self.stress, found.area, found.mean_gap * self.length, doubt or self._doubt(found)
         )
+
+    def _fails(self, found: Reading) -> bool:
+        """Whether the attraction does not bridge the mean gap, so that nothing touches there on approach.
+
+        On soft solids, as PDMS on glass, the series may say such gaps.
+        """
+        return bool(found.mean_gap > self.curve.gaps_apart.max())
 
     def _doubt(self, found: Reading) -> str:
         """Reason why the curve is less certain at a state."""

@@ -92,9 +92,14 @@ class Allocation:
         return float(seconds) * (self.shards or self.nodes) * self.workers * self.threads
 
     @property
+    def of_process(self) -> float:
+        """Memory of a process with its system, in bytes."""
+        return self.memory + _PROCESS
+
+    @property
     def head(self) -> list[str]:
         """SLURM options, except names of the job."""
-        megabytes = math.ceil(self.workers * (self.memory + _PROCESS) / 2**20) + 1024
+        megabytes = math.ceil(self.workers * self.of_process / 2**20) + 1024
         return [
             f"#SBATCH --nodes={1 if self.shards else self.nodes}",
             "#SBATCH --ntasks-per-node=1",
@@ -127,7 +132,8 @@ def slurm_script(command: str, allocation: Allocation, name: str, said: Sequence
         f"#SBATCH --output={name}-%{'A-%a' if shards else 'j'}.log",
         "#SBATCH --open-mode=append",  # a job that is requeued keeps its log
         "# The same job, submitted again, goes on where this one was stopped.",
-        f"# Memory: {workers} x {(allocation.memory + _PROCESS) / 2**20:.0f} MiB and 1 GiB for the rest.",
+        f"# Memory: {workers} x {allocation.of_process / 2**20:.0f} MiB, {_PROCESS / 2**20:.0f} of them for Python, "
+        "and 1 GiB for the rest.",
         *(f"# {line}" for line in said),
         "set -eu",
         f"export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS={threads}",

@@ -118,6 +118,8 @@ def test_nothing_is_said_where_the_series_leaves_the_reach_of_the_attraction() -
         found = MapCurve(replace(curve(), withdrawal=more * np.abs(curve().withdrawal)), 1.0, 1.0, 1.0)
         known[more] = found.at_work(work)
         assert (known[more] is None) is bool(found.pull_off(work).gap > curve().gaps_apart.max())
+        unloaded = found.at_pressure(work, 0.0)
+        assert unloaded is None or unloaded.gap <= curve().gaps_apart.max()
     assert known[1.0] is not None
     assert known[1e4] is None
 
