@@ -1,8 +1,12 @@
-"""Draw the rooms of both packages and what they import, from the sources: ``python -m docs.house``."""
+"""The rooms of both packages, from the sources: a drawing of what they import, and tables of what they hold.
+
+``python -m docs.house`` makes the drawing, and the tables of docs/house.md.
+"""
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Mapping
 from functools import cache
 from graphlib import TopologicalSorter
@@ -18,6 +22,8 @@ MODULES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob
 DRAWING = Path(__file__).with_name("house.svg")
 APART = 1.7
 """Distance of two rooms of one level."""
+PAGE = Path(__file__).with_name("house.md")
+BEGIN, END = "<!-- made by python -m docs.house -->\n", "<!-- end -->\n"
 COLOURS = {"continuum": "#dbe9f6", "atomistic": "#fde3c8"}
 Rooms = Mapping[str, set[str]]
 """The rooms that each room imports directly, as "continuum.path"."""
@@ -130,7 +136,34 @@ def drawn(graph: Rooms) -> Figure:
     return figure
 
 
+def tables() -> str:
+    """Tables of the rooms of each package, with the first line of each room's docstring."""
+    found = []
+    for package in PACKAGES:
+        rows = [
+            (
+                room.partition(".")[2],
+                ast.get_docstring(ast.parse((ROOT / room.replace(".", "/") / "__init__.py").read_text())),
+            )
+            for room in sorted(rooms())
+            if room.startswith(f"{package}.")
+        ]
+        said = (
+            (room, re.sub(r":\w+:`([^`]*)`|``([^`]*)``", r"`\1\2`", (text or "").splitlines()[0]))
+            for room, text in rows
+        )
+        found.append(f"| `{package}/` | |\n|---|---|\n" + "".join(f"| `{room}` | {line} |\n" for room, line in said))
+    return "\n".join(found)
+
+
+def on_page() -> str:
+    """The tables as they stand on the page."""
+    return PAGE.read_text().partition(BEGIN)[2].partition(END)[0]
+
+
 if __name__ == "__main__":
     found = rooms()
+    before, _, rest = PAGE.read_text().partition(BEGIN)
+    PAGE.write_text(f"{before}{BEGIN}{tables()}{END}{rest.partition(END)[2]}")
     with plt.rc_context({"svg.hashsalt": "house", "svg.fonttype": "none", "font.family": "sans-serif"}):
         drawn(found).savefig(DRAWING, metadata={"Date": None, "Description": edges(found)})

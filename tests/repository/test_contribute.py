@@ -1,4 +1,4 @@
-"""What docs/contribute.md adds is put into a copy of the source: at most two files each; tests of all kinds run it."""
+"""What docs/contribute.md and additions.md add is put into a copy of the source; tests of all kinds run it."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/contribute.md").read_text(encoding="utf-8")
+FURTHER = Path(__file__).with_name("additions.md").read_text(encoding="utf-8")
+"""Examples for which the page has no room."""
 TESTS = "test_page.py"
 FILE = re.compile(r"(?:#|\+\+\+) ((?:atomistic|continuum|docs|inputs)/[\w/.-]+)\n")
 
@@ -40,7 +42,7 @@ def _section(text: str) -> Section:
 
 SECTIONS = {
     title.removeprefix("A ").removeprefix("An ").replace("Green's ", ""): _section(text)
-    for title, text in re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL)
+    for title, text in re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", f"{PAGE}\n{FURTHER}", re.MULTILINE | re.DOTALL)
 }
 NEW = {
     "wall law": ("morse", "doors/continuum/inputs/test_tables physics/continuum/model/test_consistency"
@@ -104,6 +106,22 @@ def used(section: Section) -> str:
     return f"def test_{name}(tmp_path, monkeypatch):\n    monkeypatch.chdir(tmp_path)\n{lines}\n\n"
 
 
+OF_A_LAW = """
+def test_a_table_has_the_tension_of_its_law_and_lammps_its_traction(tmp_path):
+    import atomistic as a
+    import continuum as c
+
+    morse = {"law": "morse", "depth": 0.005, "inverse_width": 3.0}
+    wall = c.run("inputs/smoke/nonadhesive.toml", tmp_path, settings={"wall": morse}).wall
+    assert abs(wall.largest_tension - 0.005 * 3.0 / 2) < 1e-6  # at z0 + ln(2)/a
+
+    contact = c.Contact(c.sine(c.Grid.square(4), 0.1, (1, 0)), wall=wall)
+    run = a.run_deck(a.deck(contact, separation=1.2, depth=3).write(tmp_path / "morse"))
+    gap = run.last.gap
+    below = gap + 0.5**0.5  # the second layer feels the law at its own distance
+    layer = run.wall.evaluate(gap).traction - run.wall.evaluate(below).traction
+    assert abs(run.last.traction - layer).max() < 1e-6  # as LAMMPS computed it
+"""
 OF_A_COLUMN = """
 def test_a_file_of_before_the_column_is_read(tmp_path):
     import h5py
@@ -150,7 +168,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> str:
     """What pytest says in a copy with all that the page adds: of the page itself, and of the tests of all kinds."""
     copy = tmp_path_factory.mktemp("copy")
     finds = "continuum/inputs/toml.py"  # which looks for inputs beside itself, not beside what it is a link to
-    page = {f"tests/{TESTS}": "".join(map(used, SECTIONS.values())) + OF_A_COLUMN}
+    page = {f"tests/{TESTS}": "".join(map(used, SECTIONS.values())) + OF_A_LAW + OF_A_COLUMN}
     copied(copy, {finds: (ROOT / finds).read_text(encoding="utf-8")} | with_all_sections() | page)
     words, files = zip(*NEW.values(), strict=True)
     tests = sorted({f"tests/{name}.py" for each in files for name in each.split()})
@@ -168,8 +186,9 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.mark.parametrize("name", SECTIONS)
 def test_what_the_page_adds_works(ran: str, name: str) -> None:
-    for test in (name.replace(" ", "_"), *(["a_file_of_before_the_column_is_read"] if name == "column" else [])):
-        assert f"test_page.py::test_{test} PASSED" in ran
+    further = {"column": "a_file_of_before", "wall law": "a_table_has_the_tension"}
+    for test in (name.replace(" ", "_"), *([further[name]] if name in further else [])):
+        assert re.search(rf"test_page.py::test_{test}\w* PASSED", ran)
     words, files = NEW.get(name, ("", ""))
     passed = {
         line.partition("::")[0]

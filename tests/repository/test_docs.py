@@ -15,7 +15,6 @@ from contextlib import redirect_stdout
 from functools import cache
 from importlib.util import find_spec
 from io import StringIO
-from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
@@ -111,30 +110,23 @@ def calls(caller: str, called: str) -> bool:
 
 def test_the_solver_has_the_functions_of_its_page_and_they_call_one_another() -> None:
     page = PAGES["docs/solver.md"]
-    prose, *drawings = re.split(r"```text\n(.*?)```", page, flags=re.DOTALL)
-    named = re.findall(r"`([A-Za-z_]\w*(?:\.\w+)*)`", prose + "".join(drawings[1:]))
-    assert len(named) > 50
+    drawings = re.findall(r"```text\n(.*?)```", page, re.DOTALL)
+    prose = re.sub(r"```.*?```", "", page, flags=re.DOTALL)
+    named = re.findall(r"`([A-Za-z_]\w*(?:\.\w+)*)`", prose)
+    assert len(named) > 5
     assert set(named) <= set(code())
     for path in re.findall(r"`(\w+(?:/\w+)+(?:\.py)?)`", page):
         assert any((base / path).exists() for base in (ROOT, ROOT / "continuum")), path
 
-    # The drawing: each function is called by the one above it that is less indented.
-    above: list[str] = []
-    for indent, name in re.findall(r"^((?:  )*)([\w.]+)", drawings[0], re.MULTILINE):
-        del above[len(indent) // 2 :]
-        assert name in code(), name
-        assert not above or calls(above[-1], name), (above[-1], name)
-        above.append(name)
-
-    # The two lists: each function is called by the one before it.
-    lists = re.findall(r"(?:^\d+\. .*\n)+", page, re.MULTILINE)
-    assert [each.count("\n") for each in lists] == [14, 9]
-    for each in lists:
-        steps = re.findall(r"^\d+\. `([\w.]+)` in `([\w./]+)`", each, re.MULTILINE)
-        assert len(steps) == each.count("\n")
-        assert all(module in code()[name] for name, module in steps)
-        for (before, _), (after, _) in pairwise(steps):
-            assert calls(before, after), (before, after)
+    # Each function is called by the one above it that is less indented.
+    assert [drawing.count("\n") > 15 for drawing in drawings] == [True, True]
+    for drawing in drawings:
+        above: list[str] = []
+        for indent, name in re.findall(r"^((?:  )*)([\w.]+)", drawing, re.MULTILINE):
+            del above[len(indent) // 2 :]
+            assert name in code(), name
+            assert not above or calls(above[-1], name), (above[-1], name)
+            above.append(name)
 
 
 @pytest.mark.style

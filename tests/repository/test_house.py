@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 from continuum.front.cli import main
-from docs.house import APART, DRAWING, ROOT, below, edges, levels, places, reduced, rooms
+from docs.house import APART, DRAWING, ROOT, below, edges, levels, on_page, places, reduced, rooms, tables
 
 pytestmark = pytest.mark.style
 
 PAGE = (ROOT / "docs/house.md").read_text(encoding="utf-8")
-WALK = PAGE.partition("## Where to look")[2].partition("## The rooms")[0]
+WALK = PAGE.partition("## Where to look")[2]
 STEP = r"`([\w.]+)` in\s`((?:atomistic|continuum)/[\w/]+\.py)`"
 
 
@@ -42,12 +42,10 @@ def test_an_arrow_that_is_left_out_follows_from_those_that_are_drawn() -> None:
         assert all(height[one] < height[room] for one in asked)
 
 
-@pytest.mark.parametrize("package", ["atomistic", "continuum"])
-def test_every_room_is_in_the_tables(package: str) -> None:
-    table = PAGE.partition(f"| `{package}/` | |\n")[2].partition("\n\n")[0]
-    assert set(re.findall(r"`(\w+)`(?=[^|\n]*\|[^|\n]*\|$)", table, re.MULTILINE)) >= {
-        room.partition(".")[2] for room in rooms() if room.startswith(f"{package}.")
-    }
+def test_the_tables_have_the_first_line_of_each_room() -> None:
+    assert on_page() == tables(), "python -m docs.house makes them anew"
+    assert tables().count("\n| `") == len(rooms()) + 1  # the head of the second table, too
+    assert not re.search(r"\|  \|$", tables(), re.MULTILINE)
 
 
 def text_of(name: str, path: str) -> str:
@@ -65,12 +63,12 @@ def text_of(name: str, path: str) -> str:
 
 def test_what_the_walk_names_is_there_and_each_function_of_a_list_calls_the_next() -> None:
     places = re.findall(STEP, WALK)
-    assert len(places) > 25
+    assert len(places) > 15
     texts = {place: text_of(*place) for place in places}
     for path in re.findall(r"`((?:atomistic|continuum)/[\w/]+\.\w+)`", WALK):
         assert (ROOT / path).is_file(), path
     lists = re.findall(r"(?:^\d+\. .*\n(?:   .*\n)*)+", WALK, re.MULTILINE)
-    assert len(lists) == WALK.count("\n### ") == 3
+    assert len(lists) == WALK.count("\n### ") == 2
     for each in lists:
         steps = re.findall(rf"^\d+\. {STEP}", each, re.MULTILINE)
         assert len(steps) == len(re.findall(r"^\d+\. ", each, re.MULTILINE)) > 3
@@ -81,7 +79,7 @@ def test_what_the_walk_names_is_there_and_each_function_of_a_list_calls_the_next
 def test_each_name_in_the_walk_that_has_a_module_says_where_it_is() -> None:
     """So that every step can be jumped to: a dotted name stands with its file."""
     named = set(re.findall(r"`(\w+\.\w+)`", WALK))
-    assert named - {name for name, _ in re.findall(STEP, WALK)} == {"Contact.press"}
+    assert named <= {name for name, _ in re.findall(STEP, WALK)}
 
 
 @pytest.mark.long

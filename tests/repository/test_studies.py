@@ -12,12 +12,12 @@ from docs.studies import pages
 TEXTS = {path.relative_to(pages.DOCS).as_posix(): path.read_text(encoding="utf-8") for path in pages.pages()}
 MARKED = {page for page, text in TEXTS.items() if "<!--" in text and pages.marked(text)}
 LONGEST = {
-    "benchmarks": 430, "changes": 12, "cite": 125, "cluster": 563, "commands": 365, "contribute": 1245,
+    "benchmarks": 430, "changes": 12, "cite": 125, "cluster": 563, "commands": 365, "contribute": 650,
     "install": 415, "why": 545, "tutorials/python": 200,
-    "decks": 1500, "dispute": 490, "gradients": 375, "house": 700, "index": 450,
+    "decks": 1500, "dispute": 490, "gradients": 375, "house": 303, "index": 450,
     "law": 785, "model": 635, "response": 460, "argument": 390,
     "limits": 435, "maps": 755, "paper": 1030, "paths": 720, "peers": 760,
-    "predict": 1120, "solver": 1540, "start": 200, "substrates": 375, "sweeps": 882, "trust": 265,
+    "predict": 1120, "solver": 905, "start": 200, "substrates": 375, "sweeps": 882, "trust": 265,
     "tutorials/atoms": 520, "tutorials/deck": 145, "tutorials/indent": 165, "tutorials/map": 605,
     "tutorials/script": 440, "tutorials/copper": 215, "tutorials/film": 345, "tutorials/sweep": 295,
     "tutorials/validate": 345, "validation": 680, "view": 290,
@@ -26,6 +26,8 @@ LONGEST = {
 MANUAL = 18_150
 """Words of all of them but those for developers."""
 DEVELOPERS = {"contribute.md", "house.md", "solver.md"}
+FOR_DEVELOPERS = 1850
+"""Words of these; the aim is 1500."""
 STUDIES = 22_000
 """Words of all studies, without tables that are made from data; the aim is 20 000."""
 
@@ -90,6 +92,7 @@ def test_the_manual_can_be_read() -> None:
     manual = {page for page in TEXTS if not page.startswith(("studies/", "measured/", "joss/"))}
     assert manual == {f"{name}.md" for name in LONGEST}
     assert sum(map(words, manual - DEVELOPERS)) <= MANUAL
+    assert sum(map(words, DEVELOPERS)) <= FOR_DEVELOPERS
 
 
 @pytest.mark.style
