@@ -506,10 +506,7 @@ MADE: dict[str, Callable[[], str]] = {
     "atoms.slabs": lambda: str(len(_optimizers())),
     "atoms.halves": _halves,
     "atoms.response": lambda: _evaluations("response, of a small slab (of the whole)"),
-    **{
-        f"atoms.{name}": lambda name=name: _evaluations(name)
-        for name in ("GreensRelaxation", "PreconLBFGS", "LBFGS", "FIRE")
-    },
+    **{f"atoms.{name}": lambda name=name: _evaluations(name) for name in ("GreensRelaxation", "PreconLBFGS")},
     "trust.peak": lambda: f"{_classical('theory: peak'):.0f} %",
     "trust.lattice": lambda: f"{_classical('lattice: load'):.2f} %",
     "trust.warm": _warm,
