@@ -16,6 +16,7 @@ from continuum.inputs.tables import explained
 from continuum.maps.instruments import measurements
 from continuum.maps.map import TopographyError
 from continuum.maps.verdict.materials import InterfaceError
+from continuum.maps.verdict.study import results_name
 from continuum.maps.verdict.tables import OPTIONS, InterfaceTable, TopographyTable
 from continuum.maps.verdict.threshold import Basis
 from continuum.show.answer import statements
@@ -62,10 +63,13 @@ def predict(
         files.distinct(json, maps)
         files.folder(json.parent)
     found = found.solved(threads, solve, tell)
-    tell(f"solved in {time.monotonic() - began:.2g} s")
+    tell(f"threshold found in {time.monotonic() - began:.2g} s")
+    if found.threshold is not None and found.threshold.pressed is not None:
+        tell("pressing to more areas, for pull-off stress, area and gap")
     report(lines=[f"{line}." for line in statements(found)])
     if verbose():
         report(*reading_order(found.sheets()), warnings=found.doubts)
+    tell("drawing the figures")
     page, *_ = found.write(output, "-".join([*(path.stem for path in maps), "predict"]))
     written = [] if json is None else [files.save(json, found.json())]
     missed = solve and found.threshold is not None and found.threshold.source is not Basis.SEARCH
@@ -116,7 +120,7 @@ def _study(
     files.folder(output)
     report(lines=[f"{study_sentence(found)}.", *(f"warning: {doubt}" for doubt in study_doubts(found))])
     report(*found.sheets())
-    return report(lines=found.write(output, f"{folder.resolve().name}-study"), ok=not found.unusable)
+    return report(lines=found.write(output, results_name(folder)), ok=not found.unusable)
 
 
 def _contacts(maps: Sequence[Path], given: dict[str, Any]) -> Iterator[tuple[Path, str | None]]:

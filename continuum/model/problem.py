@@ -221,7 +221,21 @@ def other_unit(problem: ContactProblem) -> Iterator[str]:
         )
 
 
-def unresolved(problem: ContactProblem, rms_slope: float, shortest: float | None = None) -> Iterator[str]:
+@dataclass(frozen=True)
+class Wording:
+    """Words of a warning about a grid: for an input, or for the pixels of a map."""
+
+    length: Callable[[float], str] = "{:.3g} a0".format
+    """A length in units of the problem, as text."""
+    grid: str = "grid"
+    finer: str = "raise grid.n at the same period"
+    """What gives a finer grid."""
+    smoother: str = "smooth the heights"
+
+
+def unresolved(
+    problem: ContactProblem, rms_slope: float, shortest: float | None = None, words: Wording = Wording()
+) -> Iterator[str]:
     """Warnings about lengths that the grid does not resolve, each with a remedy.
 
     Three lengths are compared with the spacing Δ.  None is an error: the paper's model has one point for each atom,
@@ -248,23 +262,23 @@ def unresolved(problem: ContactProblem, rms_slope: float, shortest: float | None
     elif shortest is None and (share := short_waves(problem)) > LARGEST_SHARE:
         yield (
             f"{share:.0%} of the mean square slope lies in waves of fewer than {POINTS} points: contact areas depend "
-            "on the grid; raise grid.n at the same period, or smooth the heights"
+            f"on the {words.grid}; {words.finer}, or {words.smoother}"
         )
     if wall.work_of_adhesion <= 0:
         return
     change = rms_slope * spacing
     if wall.range < change:
         yield (
-            f"the wall attracts over {wall.range:.3g} a0, less than the gap changes between neighbouring points at the "
-            f"rim of a contact (h'rms times the spacing, {change:.3g} a0): attracted areas depend on the grid; raise "
-            "grid.n at the same period"
+            f"the wall attracts over {words.length(wall.range)}, less than the gap changes between neighbouring points "
+            f"at the rim of a contact (h'rms times the spacing, {words.length(change)}): attracted areas depend on the "
+            f"{words.grid}; {words.finer}"
         )
     snapping = snap_in_wavelength(wall.largest_softening)
     if snapping < needed * (1 - 1e-9):
         yield (
-            f"the wall softens so much ({wall.largest_softening:.3g} E*/a0) that waves longer than {snapping:.3g} a0, "
-            f"fewer than {POINTS} points, snap in: single points of the grid jump, and hysteresis depends on the grid; "
-            "raise grid.n at the same period, or take a longer range"
+            f"the wall softens so much that waves longer than {words.length(snapping)}, fewer than {POINTS} points, "
+            f"snap in: single points of the {words.grid} jump, and hysteresis depends on the {words.grid}; "
+            f"{words.finer}, or take a longer range"
         )
 
 

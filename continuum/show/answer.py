@@ -25,7 +25,7 @@ force = partial(units.readable, quantity="force", digits=3)
 HOW = {
     Basis.STATE: "from one state without adhesion",
     Basis.SEARCH: "by a search with adhesion",
-    Basis.BOUNDS: "as bounds only",
+    Basis.BOUNDS: "as bounds only, from the spectrum",
 }
 """Phrases for the method that found a threshold."""
 WIDE = 2.0
@@ -81,8 +81,12 @@ def _error(threshold: MapThreshold) -> str:
 def _threshold(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
     low, high = (per_area(one) if np.isfinite(one) else "any" for one in (threshold.low, threshold.high))
     interval = f"{low.split()[0]} to {high}" if low.split()[1:] == high.split()[1:] else f"{low} to {high}"
-    between = interval if threshold.source is Basis.BOUNDS else f"= {per_area(threshold.work)} ({interval})"
-    return f"w = {per_area(prediction.contact.work_of_adhesion)}, threshold w_c {between} {HOW[threshold.source]}"
+    bounds = threshold.source is Basis.BOUNDS
+    between = interval if bounds else f"= {per_area(threshold.work)} ({interval})"
+    # The first line of an undecided answer has the reasons already.
+    why = "" if not bounds or prediction.verdict.answer == "undecided" else f": {'; '.join(threshold.why)}"
+    work = per_area(prediction.contact.work_of_adhesion)
+    return f"w = {work}, threshold w_c {between} {HOW[threshold.source]}{why}"
 
 
 def _surface(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
@@ -94,7 +98,7 @@ def _surface(prediction: PredictionNumbers, threshold: MapThreshold) -> str:
     low, high = threshold.of_surface
     said = threshold.surface_sticky(prediction.contact.work_of_adhesion)
     answer = "undecided" if prediction.verdict.answer == "undecided" else criteria.ANSWERS[said]
-    return f"For the surface of this spot w_c is {per_area(low)} to {per_area(high)}: {answer}"
+    return f"For the whole surface around this spot w_c is {per_area(low)} to {per_area(high)}: {answer}"
 
 
 def _change(prediction: PredictionNumbers, threshold: MapThreshold) -> str:

@@ -19,9 +19,9 @@ from continuum.theory import paper
 _ROWS = 12
 """Rows of the table of a curve."""
 _NOTE = (
-    "Sorted by w/w_c, the geometric mean over the spots of a sample: above 1 it is sticky.  The interval holds it with "
-    "95 %, by Student, with the scatter of spots pooled over all samples, or by the sampling error of a single spot; "
-    "the verdict takes the error of w_c, too.  Ranks: the places that the intervals leave open."
+    "Column w/w_c: geometric mean over the spots of a sample; above 1 it is sticky.  Lower and upper end: its 95 % "
+    "interval, by Student with the scatter of spots pooled over all samples, or by the sampling error of a single "
+    "spot.  Verdict: of this interval, widened by the error of w_c.  Rank: the places that the intervals leave open."
 )
 
 
@@ -230,9 +230,9 @@ def study_sentence(study: StudyNumbers) -> str:
         return "No ranking: the threshold of no spot is known"
     top = [one.name for one in first if one.ranks is not None and one.ranks[0] == 1]
     if len(first) == 1:
-        return f"{first[0].name}: {first[0].answer} ({first[0].counts})"
+        return f"{first[0].name}: {first[0].answer} (its spots: {first[0].counts})"
     if len(top) == 1:
-        return f"{top[0]} is the stickiest of {len(study.samples)} samples ({first[0].counts})"
+        return f"{top[0]} is the stickiest of {len(study.samples)} samples (its spots: {first[0].counts})"
     alone = all(one.interval is None for one in first)
     why = "no spot was measured beside another" if alone else "their intervals overlap"
     return f"{', '.join(top[:-1])} and {top[-1]} cannot be told apart as the stickiest: {why}"

@@ -213,7 +213,7 @@ def _draw_deciding(axis: Axes, threshold: MapThreshold) -> str:
         title = "gap within the range"
     else:
         values, ends = threshold.deciding(threshold.state, _DECADES), (-_DECADES, 0.0)
-        title, label = "where it is decided: $|dw_c/dh|$", "logarithm, over the largest"
+        title, label = "where it is decided: $|dw_c/dh|$", "logarithm, over the 99.9 % quantile"
     _draw_values(axis, threshold.map.lengths, values, "magma_r", ends, label)
     return title
 

@@ -238,7 +238,7 @@ _CRITERIA = (
     # The load at 1 % area changes its sign at w = U F: docs/law.md.  F is that of the paper's law, as stated before.
     Criterion(
         "threshold-energy", "energy of the threshold", "U_full F/w",
-        "w/U: Ciavarella and Papangelo 2018; F: docs/law.md, six surfaces, H of 0.2 to 0.9",
+        "w/U: Ciavarella and Papangelo 2018; F: the law of the spectrum in the manual, six surfaces, H of 0.2 to 0.9",
         lambda c: _full_contact(c) * rough.threshold_share(c.range / c.rms_height), _THRESHOLD,
         margin=lambda c, value: 1 / value, needs="conformal_energy",
     ),
@@ -248,10 +248,11 @@ _CRITERIA = (
         lambda c: c.rms_height**2 / (c.adhesion_length * (c.roll_off or 0.0)), _BEARING,
         margin=lambda c, value: rough.bearing_area_limit(c.rms_height / c.range) / value, needs="roll_off",
     ),
-    # l_a above 0.5 h' a0, for atomic surfaces.
+    # l_a above 0.5 h' a0, for atomic surfaces: Eq. (6) at the least change of height, so within its range.
     Criterion(
-        "necessary-adhesion", "necessary adhesion", "2 l_a/(h' a0)", "paper, below Eq. (6): necessary, not sufficient",
-        lambda c: c.adhesion_length / paper.necessary_adhesion_length(c.rms_slope, c.spacing or 0.0), (_STEEP,),
+        "necessary-adhesion", "necessary adhesion", "2 l_a/(h' a0)",
+        "paper, below Eq. (6): necessary by that theory, not sufficient",
+        lambda c: c.adhesion_length / paper.necessary_adhesion_length(c.rms_slope, c.spacing or 0.0), _RIM,
         margin=lambda c, value: value, needs="spacing",
     ),
     # (N/A_rep)/(h' E*): finite at the onset, negative where sticky.

@@ -10,7 +10,7 @@ from continuum.inputs import units
 from continuum.maps.map import Topography, mirrored, mirrored_spectrum
 from continuum.model.fourier import Real, padded, restrict
 from continuum.model.grid import Grid
-from continuum.model.problem import ContactProblem, unresolved
+from continuum.model.problem import ContactProblem, Wording, unresolved
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.model.walls.attraction import attraction_on_core
 
@@ -91,10 +91,14 @@ def wall_on(grid: Grid, adhesion_length: float, reach: float) -> Wall:
     return attraction_on_core("spline", adhesion_length, reach, CORE_STIFFNESS / max(grid.spacing))
 
 
-def solver_doubts(problem: ContactProblem, slope: float, topography: Topography, unit: str) -> list[str]:
+def solver_doubts(problem: ContactProblem, slope: float, topography: Topography, unit: float) -> list[str]:
     """Warnings about a solution on a map: what its pixels do not resolve, and how the map was continued.
 
-    The text ``unit`` describes a0.
+    The unit of the problem is in that of the map.
     """
-    doubts = [f"solver, a0 being {unit} and the grid that of the map: {text}" for text in unresolved(problem, slope)]
-    return doubts + ([] if topography.periodic else ["solved on the map and its mirror images"])
+    words = Wording(
+        lambda value: units.readable(value * unit, "length", 3), "pixels", "measure with smaller pixels",
+        "remove short waves with --cutoff",
+    )  # fmt: skip
+    doubts = list(unresolved(problem, slope, words=words))
+    return doubts + ([] if topography.periodic else ["the map is not periodic: its mirror images continue it"])

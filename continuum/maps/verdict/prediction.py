@@ -32,6 +32,7 @@ from continuum.theory import paper
 from continuum.theory.rough import threshold_share
 
 _readable = partial(units.readable, quantity="length")
+_length = partial(units.readable, quantity="length", digits=3)
 RESOLVED = 8.0
 """Smallest d_rep, in pixels, at which slope and curvature are those of the surface, not of the pixel."""
 GROWTH = 0.1
@@ -89,16 +90,17 @@ def prediction_doubts(
     pixels = contact.diameter / roughness.pixel
     if pixels < RESOLVED:
         found.append(
-            f"resolution: d_rep is {pixels:.2g} pixels; below about {RESOLVED:g} the curvature is that of the pixel, "
-            "not of the surface"
+            f"resolution: the expected width of a contact, {_length(contact.diameter)}, is {pixels:.2g} pixels; below "
+            f"about {RESOLVED:g} the curvature is that of the pixel, not of the surface"
         )
     # Of a map, or of the square that the longest wave of a spectrum spans.
     areas = [one.grid.area if one.bands is None else one.extent**2 for one in topographies]
     contacts = AREA * min(areas) / contact.diameter**2
     if contacts < FEW:
         found.append(
-            f"size: {100 * AREA:g} % of the map is {contacts:.2g} d_rep²; below about {FEW:g} single summits decide, "
-            "not the average that all theories give"
+            f"size: {100 * AREA:g} % of the map is as large as {contacts:.2g} contacts of the expected width, "
+            f"{_length(contact.diameter)}; below about {FEW:g} single summits decide, not the average that all "
+            "theories give"
         )
     whole, octave = roughness.whole.moments, roughness.cut(4 * roughness.pixel).moments
     grown = 1 - octave.rms_slope / whole.rms_slope
@@ -110,15 +112,9 @@ def prediction_doubts(
     if len({mine.pixel for mine in analysed}) > 1:
         finest = min(mine.pixel for mine in analysed)
         found.append(f"different pixels: from {_readable(finest)} to {_readable(roughness.pixel)} one map is missing")
-    if roughness.pixel > contact.range:
-        found.append(
-            f"the pixel, {_readable(roughness.pixel)}, is larger than the range of adhesion: roughness between the "
-            "points is not seen, and can undo a verdict of 'sticky'"
-        )
     return found
 
 
-_length = partial(units.readable, quantity="length", digits=3)
 _per_area = partial(units.readable, quantity="energy_per_area", digits=3)
 WIDE = 10.0
 """Factor in the work of adhesion, toward the threshold, over which a verdict must hold if a fault has no remedy:
@@ -177,7 +173,7 @@ class PredictionNumbers:
         """Warnings of the prediction and of its threshold."""
         solved = () if self.threshold is None else self.threshold.warnings
         probe = [] if self.probe is None else probe_doubts(self.contact, self.probe)
-        return tuple(dict.fromkeys((*self.warnings, *solved, *probe)))
+        return tuple(dict.fromkeys((*self.warnings, *_unseen(self), *solved, *probe)))
 
     @property
     def probe(self) -> ProbePullOff | None:
@@ -364,6 +360,16 @@ def verdict_of(prediction: PredictionNumbers) -> Verdict:
         return Verdict("undecided", factor, "; ".join((between, *found.why)))
     why = next((text for leaves_open in _OPEN for text in leaves_open(prediction, sticky)), None)
     return Verdict(criteria.ANSWERS[sticky], factor) if why is None else Verdict("undecided", factor, why)
+
+
+def _unseen(prediction: PredictionNumbers) -> Iterator[str]:
+    """Remark on roughness between the pixels: it can only raise the threshold, so it matters unless not sticky."""
+    pixel = prediction.roughness.pixel
+    if pixel > prediction.contact.range and prediction.verdict.answer != "not sticky":
+        yield (
+            f"the pixel, {_readable(pixel)}, is larger than the range of adhesion: roughness between the points is "
+            "not seen, and can raise the threshold"
+        )
 
 
 def _steep(prediction: PredictionNumbers, sticky: bool) -> Iterator[str]:

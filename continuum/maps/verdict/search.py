@@ -148,7 +148,7 @@ def search_threshold(pressed: PressedMap, found: MapThreshold, *, limited: bool 
         doubts = [f"the threshold is that of {on_grid.in_place_of(reach, given)}"]
     height = float(topography.heights.std())
     share = threshold_share(given / height) / threshold_share(reach / height)
-    doubts += on_grid.solver_doubts(at, pressed.slope, topography, "the pixel")
+    doubts += on_grid.solver_doubts(at, pressed.slope, topography, unit)
     return replace(
         found, work=length * scale, low=bracket.before.value * scale,
         high=max(bracket.after.value, share * length) * scale,

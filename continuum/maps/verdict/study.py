@@ -25,8 +25,6 @@ from continuum.maps.verdict.prediction import PredictionNumbers
 
 TABLE = "study.csv"
 """Name of the table of files in a folder."""
-RESULTS = ("study.csv", "study-spots.csv")
-"""Tables that are written for a study, after the name of its folder."""
 _FIELDS = ("sample", "spot", "magnification")
 _USUAL = re.compile(r"(?P<sample>[^_/]+)(?:[_/](?P<spot>[^_/]+)(?:[_/](?P<magnification>[^_/]+))?)?")
 """Names of files: sample, spot and magnification, between underscores or from a folder."""
@@ -143,6 +141,12 @@ class StudyNumbers:
         return tuple(spot for spot in self.spots if spot.error)
 
 
+def results_name(folder: Path) -> str:
+    """First part of the names of the results: ``wafers-study``, but ``my-study-ranking`` for a folder ``my-study``."""
+    name = folder.resolve().name
+    return f"{name}-{'ranking' if name.endswith('study') else 'study'}"
+
+
 def scans(folder: Path, pattern: str | None = None, without: Path | None = None) -> list[Scan]:
     """The files of a study, with the sample and spot of each.
 
@@ -161,7 +165,7 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
     left, here = None if without is None else without.resolve(), folder.resolve()
     # Results in the folder itself, or above it, are told from maps by their names.
     left = left if left is not None and here in left.parents else None
-    ours = {f"{here.name}-{end}" for end in RESULTS}
+    ours = {f"{results_name(here)}{end}.csv" for end in ("", "-spots")}
     files = [
         path
         for path in sorted((*folder.glob("*"), *folder.glob("*/*")))

@@ -66,10 +66,12 @@ Gaussian ones, and of worn, honed, lognormal, terraced and lapped ones, too (doc
 docs/measured/joined-spots.csv)."""
 LAW_RANGES = 0.08, 1.6
 """Ranges over h_rms in which the law of the spectrum was tested."""
-RANGES = tuple(float(one) for one in np.geomspace(1e-10, 3e-9, 8))
+RANGES = tuple(float(one) for one in np.geomspace(1e-10, 3e-9, 15))
 """Effective ranges of the curve, in m."""
 LONGER = 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.08
 """Ranges over h_rms, of which the shortest that the state answers is a lower bound for shorter ones."""
+NEARLY_LARGEST = 0.999
+"""Quantile of the derivatives by each height over which they are shown."""
 RESIDUAL, AREA_TOLERANCE = 1e-4, 0.03
 """Residual of a state relative to h' E*, and its area relative to 1 %: w_c moves by a few tenths of that."""
 MOST_TOLERANCE = 0.3
@@ -173,9 +175,14 @@ class MapThreshold:
         return np.where(self.distance <= 0, 2.0, np.where(self.distance < self.wall.range, 1.0, 0.0))
 
     def deciding(self, state: PressedState, decades: float) -> Real:
-        """Logarithm of how much each height of the map changes the threshold, over the largest, in so many decades."""
-        deciding = np.abs(state.deciding_heights(self.wall))
-        return np.asarray(np.log10(np.maximum(self.of_map(deciding) / deciding.max(), 10**-decades)))
+        """Logarithm of how much each height of the map changes the threshold, in so many decades.
+
+        It is over :data:`NEARLY_LARGEST`: at the edge of a contact single points can have a derivative tens of times
+        as large as any other, by chance of where the edge crosses their pixel.
+        """
+        deciding = np.abs(self.of_map(state.deciding_heights(self.wall)))
+        over = deciding / (np.quantile(deciding, NEARLY_LARGEST) or deciding.max())
+        return np.asarray(np.log10(np.clip(over, 10**-decades, 1.0)))
 
     def sticky(self, work: float) -> bool | None:
         """True if a work of adhesion is sticky; None where that is undecided."""
@@ -479,7 +486,7 @@ class PressedMap:
             shape = " x ".join(map(str, self.linear.problem.grid.shape))
             yield f"w_c over w_DMT, where adhesion deforms nothing, is that of the map on {shape} points"
         law = replace(self.problem, wall=self.linear.wall(self.interface.range / self.unit, work))
-        yield from on_grid.solver_doubts(law, self.slope, self.topography, "the pixel")
+        yield from on_grid.solver_doubts(law, self.slope, self.topography, self.unit)
 
 
 def _dmt(hard: PathState, wall: Wall) -> float:

@@ -17,7 +17,7 @@ from continuum.front.cli import main
 from continuum.inputs.arguments import ArgumentError
 from continuum.inputs.errors import InputError
 from continuum.maps.verdict.criteria import Answer
-from continuum.maps.verdict.study import Spot, ranked, scans
+from continuum.maps.verdict.study import Spot, ranked, results_name, scans
 from continuum.show.prediction import study_doubts
 from continuum.show.prediction_figures import study_figure
 from tests.printed import faults_in_print
@@ -129,7 +129,7 @@ def test_a_folder_is_ranked_in_a_table_on_a_page_and_in_files(
     options = ["--size", "480nm", "--unit", "nm", "--material", "silica", "-o", str(out)]
     assert main(["predict", str(folder), *options]) == 0
     said = capsys.readouterr().out
-    assert said.startswith("polished is the stickiest of 2 samples")
+    assert said.startswith("polished is the stickiest of 2 samples (its spots: 2 sticky)")
     rows = list(csv.DictReader((out / "wafers-study.csv").read_text().splitlines()))
     assert [(row["rank"], row["sample"]) for row in rows] == [("1", "polished"), ("2", "ground")]
     assert float(rows[0]["w/w_c"]) == pytest.approx(first.margin)
@@ -153,6 +153,12 @@ def test_results_may_go_into_the_folder_or_beside_it_and_are_no_maps(
         assert (folder / where / "wafers-study.csv").is_file()
         maps = [scan.path.name for scan in scans(folder, without=folder / where)]
         assert maps == ["ground_1.npy", "ground_2.npy", "polished_1.npy", "polished_2.npy"]
+
+
+def test_names_of_results_do_not_repeat_study_and_never_replace_the_table(tmp_path: Path) -> None:
+    assert [results_name(tmp_path / name) for name in ("wafers", "my-study", "study")] == [
+        "wafers-study", "my-study-ranking", "study-ranking"
+    ]  # fmt: skip
 
 
 def test_magnifications_of_a_spot_are_joined(folder: Path) -> None:

@@ -200,7 +200,7 @@ def test_files_of_one_surface_are_joined(tmp_path: Path, capsys: pytest.CaptureF
     for size in sizes["size"]:
         command += ["--size", size]
     assert main(command) == 0
-    assert capsys.readouterr().out.count("as bounds only") == 1
+    assert capsys.readouterr().out.count("as bounds only, from the spectrum") == 1
     assert "from 3 measurements" in (tmp_path / "out" / "wide-close-line-predict.html").read_text()
 
 

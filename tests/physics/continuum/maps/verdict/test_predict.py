@@ -164,9 +164,22 @@ def test_what_to_doubt_is_said() -> None:
     assert any("single summits" in w for w in fine)
     assert not any("single summits" in w for w in prediction_of([surface(256, lambda_s=4.0)], reduced(0.005)).warnings)
     open_map = detrend(Topography(cut.heights, cut.lengths))
-    said = prediction_of([open_map], reduced(0.005)).warnings
-    assert not any("Hann" in w for w in said)  # no remark that every map would have
-    assert any("larger than the range" in w for w in said)
+    said = prediction_of([open_map], reduced(0.005))
+    assert not any("Hann" in w for w in said.doubts)  # no remark that every map would have
+    assert any("larger than the range" in w for w in said.doubts)
+
+
+@pytest.mark.parametrize(("work", "answer", "told"), [(5e-5, "not sticky", False), (0.5, "sticky", True)])
+def test_remarks_are_in_units_of_the_map_and_of_answers_that_they_can_change(
+    work: float, answer: str, told: bool
+) -> None:
+    coarse = surface(lambda_s=3.0)
+    open_map = detrend(Topography(1e-9 * coarse.heights, (64e-9, 64e-9)))
+    found = prediction_of([open_map], Interface(1e9, work, 0.35e-9, 1e-9)).solved(search=False)
+    assert found.verdict.answer == answer
+    assert any("roughness between the points" in text for text in found.doubts) is told
+    assert any("measure with smaller pixels" in text for text in found.doubts)
+    assert not any(word in text for text in found.doubts for word in ("a0", "grid", "d_rep"))
 
 
 # --- materials ---------------------------------------------------------------------------------------------
@@ -384,7 +397,7 @@ def test_the_page_does_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
     exec(code[1], {})
     said = capsys.readouterr().out
     assert "Pastewka-Robbins" in said
-    assert "above that of" not in said
+    assert "UnderAdhesion" in said
 
 
 def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:

@@ -406,7 +406,8 @@ def test_the_command_says_what_it_does_and_then_the_answer(tmp_path: Path, capsy
     said = capsys.readouterr()
     assert said.err.startswith("looking at map.npy, 64 x 64 points")
     assert "pressing map.npy without adhesion" in said.err
-    assert "solved in " in said.err
+    assert "threshold found in " in said.err
+    assert said.err.index("pressing to more areas") < said.err.index("drawing the figures")
     assert len(said.out.splitlines()) <= 10
     assert said.out.startswith("Sticky")
     for text in (
