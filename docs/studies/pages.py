@@ -268,11 +268,11 @@ _SAID = {
     "gradients.differences": ("verification", r"Finite differences agree to (1e-\d+)"),
     "gradients.removed": ("verification", r"taking off a mean of (\S+) a0 makes it stick"),
     "commands.counts": ("benchmarks", r"`atomistic check` were right within a factor of ([\d.]+)"),
-    "commands.runs": ("benchmarks", r"for the (\w+) decks of `inputs/lammps`, and their times"),
-    "commands.times": ("benchmarks", r"and their times within (\w+)\."),
-    "substrates.hard": ("verification", r"of a solve are (\d+) times those of a periodic surface"),
+    "commands.runs": ("benchmarks", r"For the (\w+) decks of `inputs/lammps` the counts"),
+    "commands.times": ("benchmarks", r"and the times within (\w+)\."),
+    "substrates.hard": ("verification", r"a solve takes (\d+) times the transforms of a periodic surface"),
     "substrates.law": ("verification", r"under a hard wall, and ([\d.]+ to \d+) times"),
-    "substrates.digits": ("verification", r"K_q is right to (1e-\d+)"),
+    "substrates.digits": ("verification", r"K_q agrees to (1e-\d+)"),
 }
 """Numbers that the text of a study states, each by its page and the words before or after it."""
 
