@@ -161,8 +161,8 @@ def exit_codes() -> str:
     about = (
         "Every command of `continuum` and `atomistic` ends with one of these codes. In every case but 2 `run`,"
         " `threshold`, `sweep run`, `sweep collect`, `validate` and `deck` have stored their finished work; after a"
-        " signal the same command continues. 143 is what `kill` and queues cause, 129 a closed terminal, 141 a closed"
-        " pipe."
+        " signal the same command continues. `kill` and queues send SIGTERM; a pipe closes when its reader, such as"
+        " `head`, ends."
     )
     return f"# Exit codes\n\n{about}\n\n{_table(('code', 'meaning'), rows)}\n"
 

@@ -178,7 +178,8 @@ class SweepProgress(ExitStack):
         if self._told or not kinds or not kinds <= {one.kind for one in self._ended if one.counts}:
             return
         self._told = True
-        tell(f"{self._title}: the other {len(self._left)} take {self._span()} of one core, by the first on each grid")
+        others = "the last one takes" if len(self._left) == 1 else f"the other {len(self._left)} take"
+        tell(f"{self._title}: {others} {self._span()} of one core, by the first on each grid")
 
     def _span(self) -> Span | None:
         """Time for what is left in one process; None if it is not known yet."""
@@ -248,4 +249,6 @@ def sweep_verify(sweep: Path, **given: Any) -> int:
     found = collecting.sweep_verify(sweep, **given)
     said = f"{sweep}: {found.files} files, {len(found.faults)} of them damaged"
     said += f", {len(found.unread)} could not be read now" if found.unread else ""
+    if found.moved:
+        said += f"; {found.moved} moved to {sweep / collecting.DAMAGED}; `continuum sweep run` makes them anew"
     return report(warnings=[*found.faults, *found.unread], lines=[said], ok=found.ok)

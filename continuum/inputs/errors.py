@@ -10,7 +10,9 @@ EXIT_CODES: Mapping[int, str] = {
     OK: "success",
     NOT_CONVERGED: "not converged, no solution, or a bound violated",
     BAD_INPUT: "invalid input or output, nothing was written",
+    128 + signal.SIGHUP: "terminal closed",
     128 + signal.SIGINT: "stopped by Ctrl-C",
+    128 + signal.SIGPIPE: "output pipe closed",
     128 + signal.SIGTERM: "stopped by SIGTERM",
 }
 """Exit codes of both programs.  After a signal a shell reports 128 plus its number."""

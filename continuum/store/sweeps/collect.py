@@ -51,6 +51,8 @@ from continuum.store.hdf5 import understood
 from continuum.store.output import remove_stale
 
 _SCHEMA, _VERSION = "stickiness/sweep-kept", 1
+DAMAGED = "damaged"
+"""Folder inside a sweep that damaged files are moved into."""
 _EVERY = 20_000
 """Files that a collection reads again, at most, if it was killed: a minute of reading."""
 _KAPPAS = ("kappa", "kappa_rep", "kappa_att")
@@ -403,6 +405,8 @@ class Verification:
     """Faults of damaged files, with their names."""
     unread: tuple[str, ...] = ()
     """Files that could not be read now, and why; they may be sound, and stay where they are."""
+    moved: int = 0
+    """Damaged files that were moved into the folder ``damaged``."""
 
     @property
     def ok(self) -> bool:
@@ -452,9 +456,9 @@ def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
         faults.append(said)
         damaged.append(path)
     for path in damaged if aside else ():
-        output.placed(path, output.folder(root / "damaged") / path.name)
+        output.placed(path, output.folder(root / DAMAGED) / path.name)
     own = sum(1 for path in folder.columns.glob("[!.]*"))
-    return Verification(len(paths) + own, tuple(faults), tuple(unread))
+    return Verification(len(paths) + own, tuple(faults), tuple(unread), len(damaged) if aside else 0)
 
 
 def _mislabelled(listing: SweepListing, system: System, config: RunConfig) -> str:

@@ -69,6 +69,10 @@ class Span(NamedTuple):
         return self._replace(seconds=self.seconds / processes, low=self.low / processes, high=self.high / processes)
 
     def __str__(self) -> str:
+        if self.high < 1:
+            return "less than 1 s"
+        if self.low < 1:
+            return f"up to {duration(self.high)}"
         if self.high < 1.5 * self.low:
             return f"about {duration(self.seconds)}"
         low, high = duration(self.low), duration(self.high)
@@ -169,6 +173,8 @@ class SweepStatus:
     """Progress of each search."""
     died: tuple[str, ...] = ()
     """Unfinished systems whose process died."""
+    stopped: tuple[str, ...] = ()
+    """Unfinished systems that were stopped, which a further run continues."""
 
     @property
     def seconds_left(self) -> float:
@@ -186,6 +192,7 @@ class SweepStatus:
             ("done", self.done),
             ("running", len(self.running)),
             *(("", text) for text in self.running[:MOST]),
+            *(("stopped, to be continued", text) for text in self.stopped[:MOST]),
             *(("a process died", text) for text in self.died[:MOST]),
             ("failed", len(self.failed)),
             ("left", self.left),
@@ -199,7 +206,7 @@ class SweepStatus:
                 ("not ended", len(self.crossings) - len(ended)),
             ]
         if not np.isnan(self.rate):
-            rows.append(("lately", f"{self.rate:.3g} systems an hour"))
+            rows.append(("lately", f"{_rounded(self.rate)} systems an hour"))
         if self.left and self.time_left is not None:
             at_once = max(1, len(self.running))
             rows.append(("time left", f"{self.time_left.over(at_once)} with {at_once} at once"))
@@ -261,12 +268,19 @@ def sweep_status(
     labels |= {one.name: one.label for one in crossings if one.name in tried}
     reasons = {name: reason for name in labels if (reason := folder.failure_reason(name))}
     failed = [(labels[name], reason) for name, reason in reasons.items()]
-    running = []
-    for mark in sorted(folder.running.glob(".*.lock")):
-        name = mark.name.removeprefix(".").removesuffix(".lock")
-        if not name.endswith(".h5") and output.is_locked(mark):
-            stored = _points_in(folder.running / f"{name}.h5")
-            running.append(f"{costs[name].label if name in costs else name}: {output.holder(mark)}{stored}")
+    marks = {mark.name.removeprefix(".").removesuffix(".lock"): mark
+             for mark in sorted(folder.running.glob(".*.lock")) if output.is_locked(mark)}  # fmt: skip
+    running = [
+        f"{costs[name].label if name in costs else name}: {output.holder(mark)}{_points_in(folder, name)}"
+        for name, mark in marks.items()
+        if not name.endswith(".h5")
+    ]
+    dead = {mark.stem for mark in folder.running.glob("*.died")}
+    stopped = [
+        f"{costs[path.stem].label}{_points_in(folder, path.stem)}"
+        for path in sorted(folder.running.glob("[!.]*.h5"))
+        if path.stem in costs.keys() - done.keys() - reasons.keys() - marks.keys() - dead
+    ]
     died = [
         f"{costs[mark.stem].label}: {mark.read_text(encoding='utf-8', errors='replace').strip()}"
         for mark in sorted(folder.running.glob("*.died"))
@@ -292,16 +306,24 @@ def sweep_status(
         tuple(changes),
         crossings,
         tuple(died),
+        tuple(stopped),
     )
 
 
-def _points_in(path: Path) -> str:
-    """Number of stored points of a running path, as text; empty if there is none."""
+def _rounded(rate: float) -> str:
+    """A rate with two digits, its thousands apart."""
+    digits = float(f"{rate:.2g}")
+    return f"{digits:,.0f}".replace(",", " ") if digits >= 10 else f"{digits:g}"
+
+
+def _points_in(folder: Folder, name: str) -> str:
+    """Number of stored points of an unfinished path, as text; empty if there is none."""
     try:
-        found = store.read_few(path, ("step",), ())[0]
+        found = store.read_few(folder.running / f"{name}.h5", ("step",), ())[0]
     except StoreError:
         return ""
-    return f", {found['step'].size} points stored" if "step" in found else ""
+    count = found["step"].size if "step" in found else 0
+    return f", {count} point{'s' if count > 1 else ''} stored" if count else ""
 
 
 def _rate(ended: Iterable[float], *, idle: bool) -> float:

@@ -9,7 +9,7 @@ from continuum.front.commands import SweepProgress
 from continuum.inputs.toml import document
 from continuum.store.sheet import duration
 from continuum.store.sweeps.cluster import Allocation
-from continuum.store.sweeps.status import FACTOR, SystemTime, expected
+from continuum.store.sweeps.status import FACTOR, Span, SystemTime, _rounded, expected
 from continuum.store.sweeps.workers import Task, TaskResult, _in_order
 
 
@@ -80,6 +80,19 @@ def test_progress_tells_the_time_only_when_each_grid_has_told_it(
         told.advance(tasks[6], 1.0)
         told.end(TaskResult(tasks[6], 40.0, at_once=2))
         assert "the other" not in capsys.readouterr().err  # once
+
+
+def test_the_last_system_and_short_times_are_said_in_words_that_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with SweepProgress("mine") as told:
+        told.begin([Task(tmp_path / f"{i}", f"{i}", 1.0, kind="a") for i in range(2)])
+        told.end(TaskResult(Task(tmp_path / "0", "0", 1.0, kind="a"), 1.4))
+    assert "mine: the last one takes up to 4 s of one core" in capsys.readouterr().err
+    assert [str(Span(*each)) for each in ((0.2, 0.1, 0.4), (3, 0.6, 9), (20, 15, 21), (20, 10, 40))] == [
+        "less than 1 s", "up to 9 s", "about 20 s", "10 to 40 s"
+    ]  # fmt: skip
+    assert [_rounded(rate) for rate in (17321.5, 658.0, 12.4, 0.123)] == ["17 000", "660", "12", "0.12"]
 
 
 @pytest.mark.parametrize(

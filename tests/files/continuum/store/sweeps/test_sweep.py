@@ -436,11 +436,22 @@ def test_broken_files_are_one_message_each_and_verify_finds_all(
     assert "Traceback" not in said.err
     assert main(["sweep", "verify", str(root)]) == 1
     assert "6 files, 5 of them damaged" in capsys.readouterr().out
-    found = sweep_verify(root, aside=True)
-    assert (found.files, len(found.faults)) == (6, 5)
+    assert main(["sweep", "verify", str(root), "--aside"]) == 1
+    assert f"5 of them damaged; 5 moved to {root / 'damaged'}; `continuum sweep run`" in capsys.readouterr().out
     assert {path.name for path in (root / "damaged").iterdir()} == {path.name for path in points[:5]}
     assert sum(not task.path.exists() for task in begin(Sweep.read(path), root)) == 5  # which are done again
     assert sweep_verify(root) == Verification(1, ())
+
+
+def test_status_names_a_system_that_was_stopped(undisturbed: Path, tmp_path: Path) -> None:
+    _, root = copied(undisturbed, tmp_path)
+    assert sweep_status(root).stopped == ()
+    point = next((root / "points").iterdir())
+    point.rename(root / "work" / point.name)
+    found = sweep_status(root)
+    assert (found.done, found.left, len(found.stopped)) == (5, 1, 1)
+    assert " stored" in found.stopped[0]
+    assert any("stopped, to be continued" in map(str, row) for row in found.sheets()[0].rows)
 
 
 def test_a_file_that_is_held_is_no_damage(
