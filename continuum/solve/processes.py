@@ -72,7 +72,7 @@ def in_company(world: World) -> Iterator[None]:
         if isinstance(error, (StickinessError, MemoryError, OSError)) or not isinstance(error, Exception):
             raise
         said = f"process {world.rank} of {world.size} has lost the others: {str(error).strip().splitlines()[0]}"
-        raise StickinessError(f"{said}; finished points are stored, and the same command goes on from there") from error
+        raise StickinessError(f"{said}; the same command continues after the last stored point") from error
 
 
 def _end(code: int) -> None:

@@ -34,11 +34,11 @@ _POINT = {
 _ADDED = {
     "step": ("1", "point of the path"),
     "converged": ("1", "1 if the point is an equilibrium at its target"),
-    "retracting": ("1", "1 on the way back"),
+    "retracting": ("1", "1 on retraction, 0 on approach"),
     "stiffness": ("E*/a0", "normal stiffness k_N = -dN/d(mean gap) per A0, between points of the path"),
-    "tangent_stiffness": ("E*/a0", "the same of the equilibrium itself, under a law; of runs that store fields"),
+    "tangent_stiffness": ("E*/a0", "tangent stiffness of the equilibrium; with stored fields, not under a hard wall"),
     "patches": ("1", "connected patches of A_rep"),
-    "width": ("a0", "d_att: where the mean gap above zero_gap reaches the range; of runs that store fields"),
+    "width": ("a0", "d_att, width of the attracted rim, where the gap reaches the range; with stored fields"),
 }
 COLUMNS: Mapping[str, tuple[str, str]] = {**_ADDED, **_POINT, **MEASURED, **_SYSTEM}
 """Columns of the table of a system: unit and description."""
