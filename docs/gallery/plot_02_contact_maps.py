@@ -1,9 +1,9 @@
 """
-Contact maps: adhesion grows
-============================
+Contact maps with increasing adhesion
+=====================================
 
-The same surface at 4 % repulsive area under three strengths of adhesion: the attracted rim (black) widens, the
-repulsive patches (orange) stay what they were, as in the paper's Figure 1.
+The same surface at 4 % repulsive area, with three strengths of adhesion. The attracted rim (black) widens while the
+repulsive patches (orange) hardly change, as in the paper's Figure 1.
 """
 
 import numpy as np

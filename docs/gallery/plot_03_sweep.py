@@ -2,8 +2,8 @@
 A sweep
 =======
 
-Three strengths of adhesion and four surfaces, of one input: twelve paths, in files that another call would find again,
-and one table of all their points. Bars are the scatter over surfaces.
+One input describes twelve paths: three strengths of adhesion on four surfaces. Each path is stored in a file, so that
+a second call would compute nothing, and one table collects all points. Bars show the scatter over surfaces.
 """
 
 import tempfile

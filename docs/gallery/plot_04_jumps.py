@@ -2,8 +2,8 @@
 Jump-in and pull-off
 ====================
 
-A strongly adhesive wave is brought near and taken away again. It jumps into contact, and on the way back it holds on
-beyond the gap at which it jumped in: two branches, with a jump on each. A jump is no state: there are no points on it.
+A strongly adhesive wave approaches and retracts. It jumps into contact, and on retraction it stays in contact beyond
+the gap at which it jumped in. No equilibrium exists during a jump, so no points are shown there.
 """
 
 import numpy as np

@@ -2,8 +2,8 @@
 A coating
 =========
 
-The same rough wall on a half-space and on one with a film ten times as stiff, or as compliant, which touches at the
-same area. Waves much longer than the film is thick feel what lies below it.
+The same rough wall presses on a half-space, and on half-spaces with a film that is ten times stiffer or more compliant.
+Waves much longer than the thickness of the film feel the half-space below it.
 """
 
 import numpy as np

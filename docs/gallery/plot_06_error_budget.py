@@ -2,9 +2,9 @@
 What each approximation costs
 =============================
 
-One wall at one mean gap on the models of the ladder: half-space, layer, cubic layer, lattice, atoms in LAMMPS.
-Each model differs from the next by one thing, so that each difference of the load has a name. ``atomistic
-validate`` does it with care.
+One wall at one mean gap on five models: half-space, layer, cubic layer, lattice, and atoms in LAMMPS. Each model
+differs from the next by one approximation, so each difference of the load has one cause. ``atomistic validate`` does
+this comparison with bounds and error estimates.
 """
 
 import tempfile

@@ -2,9 +2,9 @@
 Any atoms under a rough wall
 ============================
 
-The wall is a calculator of ASE, which is added here to that of copper (111). The optimizer measures once how the slab
-responds to forces, and then needs a few evaluations for each state. As the wall comes down, atoms that were
-out of range (white) are attracted (black) and then repelled (orange).
+The wall is a calculator of ASE, which we add here to that of copper (111). The optimizer measures the response of the
+slab to forces once, and then needs a few evaluations for each state. As the wall approaches, atoms that were out of
+range (white) are attracted (black) and then repelled (orange).
 """
 
 import numpy as np

@@ -1,9 +1,9 @@
 """
-The threshold
-=============
+The threshold of stickiness
+===========================
 
-The work of adhesion above which a surface sticks: there the load at 2 % of the area is zero. It is found by a search,
-here for four surfaces, and given in units of *U*, the elastic energy of full contact per area.
+The work of adhesion above which a surface sticks: at this threshold the load at 2 % of the area is zero. A search
+finds it for four surfaces, in units of *U*, the elastic energy of full contact per area.
 """
 
 import numpy as np

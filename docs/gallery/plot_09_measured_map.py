@@ -2,9 +2,9 @@
 A measured map
 ==============
 
-Does this surface stick? The map comes with the package; with a path of your own, and the size and the unit of its
-heights, it is yours. It is pressed without adhesion until 1 % touches, and the gaps of that one state say from which
-work of adhesion on it holds.
+Does this surface stick? We press the map without adhesion until 1 % of it touches. The gaps of this one state give
+the threshold: the work of adhesion above which the surface sticks. The map comes with the package; for your own, give
+its path, the unit of its heights and its size.
 """
 
 from matplotlib import pyplot as plt

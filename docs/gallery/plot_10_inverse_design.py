@@ -1,10 +1,10 @@
 """
-Which heights decide, and a change of them
-==========================================
+Lower a threshold by removing material
+======================================
 
-The threshold of a surface has a derivative by the height of every point, for two linear solves. It tells where a tool
-2 a0 wide lowers the threshold most by taking off 0.1 a0: on what touches (outlined), as that holds the surface up. By
-the derivative a fifth is taken from the threshold; a search says by how much it fell.
+Two linear solves give the derivative of the threshold with respect to the height of every point. It shows where a tool
+2 a0 wide lowers the threshold most by removing 0.1 a0: on the contacts (outlined), which hold the surfaces apart. The
+derivative predicts a reduction by a fifth; a search shows the actual reduction.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ def by_tool(field):
 
 
 first = threshold(heights)
-gain = by_tool(first.gradient()) / first.work  # of the upper wall: what is taken off makes its heights greater
+gain = by_tool(first.gradient()) / first.work  # removing material of the upper wall increases its heights
 best, amount = np.argsort(gain, axis=None), np.zeros(grid.shape)
 amount.flat[best[: np.searchsorted(np.cumsum(-0.1 * gain.flat[best]), 0.2) + 1]] = 0.1
 gone = by_tool(amount)
@@ -43,4 +43,4 @@ for axis, values, colours, least, most in ((axes[0], gain, "RdBu_r", -0.01, 0.01
     axis.contour(first.state.contact_map == 2, [0.5], colors="black", linewidths=0.4)
     axis.set(xlabel="y ($a_0$)", ylabel="x ($a_0$)")
 axes[0].set_title("derivative of $w_c$ over $w_c$ (1/$a_0$)")
-axes[1].set_title(f"taken off ($a_0$): $w_c$ x {ratio:.2f}")
+axes[1].set_title(f"removed ($a_0$): $w_c$ x {ratio:.2f}")
