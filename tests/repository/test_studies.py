@@ -28,7 +28,7 @@ MANUAL = 17_800
 DEVELOPERS = {"contribute.md", "house.md", "solver.md"}
 FOR_DEVELOPERS = 1850
 """Words of these; the aim is 1500."""
-STUDIES = 21_500
+STUDIES = 21_000
 """Words of all studies, without tables that are made from data; the aim is 20 000."""
 
 
