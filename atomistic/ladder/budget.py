@@ -79,7 +79,7 @@ def checks_of(
     """
     model = specimen.model
     limits = _limits(specimen.response.force_constants)
-    reason = "both tend to the crystal's elastic limit; room for extrapolation and for measured constants"
+    reason = "of long waves, both have the elastic constants of the crystal; with room for extrapolation"
     cubic = (_of_rung("crystal", model.elastic_constants) / limits)[[0, 2]]
     found = [
         LadderCheck(
@@ -300,7 +300,7 @@ def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVe
         for exponent in case.exponent:
             yield _scaled(case, exponent, columns)
         scale = columns["rms_slope"] * 1e-8
-        reason = "an equilibrium of the atoms under the wall of the deck, so that differences are physical"
+        reason = "largest force at which the atoms count as at rest, so that differences are physical"
         bound_of = "equilibrium", "largest force", "1e-8 h' E* a0²"
         yield worst(mine, columns["largest_force"], *bound_of, 1.0, reason, scale)
     # Those of earlier versions have none.

@@ -118,10 +118,10 @@ def carried_bounds(config: ValidateConfig, case: CaseTable) -> tuple[BoundTable,
             scaled = float(getattr(row, name)) / row.rms_slope**power
             worst[row.crystal][row.seed] = max(scaled, worst[row.crystal].get(row.seed, 0.0))
         coefficient, crystal = limit(worst, len(config.surface.seeds), logarithms=step == "nonlinearity")
-        many = "crystals" if len(worst) > 1 else "crystal"
+        crystals = crystal if len(worst) == 1 else f"each of {len(worst)} crystals, the largest that of {crystal}"
         reason = (
-            f"of {min(map(len, worst.values()))} other surfaces on {len(worst)} {many}, the largest that of {crystal}: "
-            f"similar surfaces exceed it with a probability of {RARE:g}"
+            f"from {min(map(len, worst.values()))} other surfaces of {crystals}; similar surfaces exceed a bound "
+            f"with a probability of {RARE:g}"
         )
         found.append(BoundTable(step=step, quantity=quantity, coefficient=coefficient, power=power, reason=reason))
     return tuple(found)

@@ -40,7 +40,7 @@ _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 
 
 def validation_statements(config: ValidateConfig, stored: Archive, verdicts: Sequence[BoundVerdict]) -> list[str]:
-    """The answer in at most eight lines: what was judged, the worst states, what the half-space is right to."""
+    """The answer in at most nine lines: what was judged and by what, the worst states, the error of the half-space."""
     failed = [verdict for verdict in verdicts if not verdict.holds]
     found = [sentence_of(config, verdicts)]
     if failed:
@@ -50,12 +50,16 @@ def validation_statements(config: ValidateConfig, stored: Archive, verdicts: Seq
         # That the atoms are in equilibrium is asked before they are compared.
         found.append(f"Nearest to its bound: {max(differs, key=_nearness).told}")
     worst = max(budget.costs(stored.columns, ("total",)), key=lambda cost: cost.load["total"])
-    states = stored.columns["evaluations"].size
+    states, cases = stored.columns["evaluations"].size, stored.columns["case"].tolist()
+    systems = len(set(zip(cases, *(stored.columns[name].tolist() for name in ("rms_slope", "seed")), strict=True)))
+    judges = list(dict.fromkeys(verdict.reason for verdict in verdicts if verdict.step in STEPS))
+    judged = [f"Bounds: {judges[0]}" + (f"; {len(judges) - 1} more reasons in the tables" if judges[1:] else "")]
     return [
         *found,
         f"Load of the half-space against that of atoms: {100 * worst.load['total']:.1f} % of N_rep + N_att at worst, "
         f"in {worst.case} at h'rms = {worst.rms_slope:g}",
-        f"Looked at: {states} equilibria of atoms on {len(set(stored.columns['case'].tolist()))} cases; tables with -v",
+        *(judged if judges else []),
+        f"Looked at: {states} equilibria of atoms in {systems} systems of {len(set(cases))} cases; tables with -v",
     ]
 
 
@@ -144,8 +148,8 @@ def _unfelt(config: ValidateConfig) -> list[str]:
     if "depth" in _steps_of(config):
         return []
     return [
-        f"depth is no column: {config.slab.depth:.4g} a0 below the surface the base makes the longest wave stiffer by "
-        f"{_base_is_felt(config):.1g}, and shorter ones by less."
+        f"depth has no column here: the base, {config.slab.depth:.4g} a0 below the surface, makes the longest wave "
+        f"stiffer by {100 * _base_is_felt(config):.1g} %, and shorter ones by less."
     ]
 
 
@@ -196,7 +200,10 @@ def _beside_the_load(archive: Archive) -> Sheet:
         Column("case"), Column("λ_s", "a0", "g"), Column("h'rms", "", "g"), Column("contact nonlinearity", "%", ".2f"),
         Column("contact total", "%", ".2f"), Column("mean compliance"),
     )  # fmt: skip
-    note = "mean compliance: load of the half-space over that of the lattice at equal separation."
+    note = (
+        "mean compliance: load of the half-space over that of the lattice at equal separation, least and largest.  The "
+        "lattice also yields as a whole, between surface and base; the budget leaves this out by equal mean gaps."
+    )
     return Sheet.of("Points whose contact differs, and mean compliance", heads, rows, note)
 
 
@@ -277,13 +284,11 @@ def _tolerances(config: ValidateConfig, verdicts: Sequence[BoundVerdict]) -> She
         if (said := untested(config, case))
     ]
     for reason in dict.fromkeys(verdict.reason for verdict in verdicts):
-        of = dict.fromkeys(
-            ", ".join(filter(None, (v.case, v.step, v.quantity))) for v in verdicts if v.reason == reason
-        )
-        notes.append(f"Why ({'; '.join(of)}): {reason}.")
+        notes.append(f"Bound of {', '.join(_bounded_by(reason, verdicts))}: {reason}.")
+    notes.append("Values: the states that were compared; of crystal and half-space the waves, of the law the gaps.")
     return Sheet.of(
         "Bounds: each step of the ladder, the total, and checks that need no other run",
-        ("case", "step", "quantity", "bound", "worst / limit", "states", "worst state", "verdict"),
+        ("case", "step", "quantity", "bound", "worst / limit", "values", "worst state", "verdict"),
         [
             [v.case or "all", v.step, v.quantity, v.bound, f"{v.measured:.3g} / {v.limit:.4g}", str(v.states), v.state,
              "holds" if v.holds else "FAILS"]
@@ -291,6 +296,20 @@ def _tolerances(config: ValidateConfig, verdicts: Sequence[BoundVerdict]) -> She
         ],
         "\n".join(notes),
     )  # fmt: skip
+
+
+def _bounded_by(reason: str, verdicts: Sequence[BoundVerdict]) -> list[str]:
+    """The steps whose bounds have this reason; with case and quantity where another bound of the step has another."""
+    others = [other for other in verdicts if other.reason != reason]
+    steps, in_case = {one.step for one in others}, {(one.step, one.case) for one in others}
+
+    def name(one: BoundVerdict) -> str:
+        if one.step not in steps:
+            return one.step
+        here = f"{one.step} ({one.quantity})" if (one.step, one.case) in in_case else one.step
+        return f"{here} in {one.case}" if one.case else here
+
+    return list(dict.fromkeys(name(one) for one in verdicts if one.reason == reason))
 
 
 def write_validation(

@@ -53,6 +53,8 @@ class Check(NamedTuple):
         """Description of the disagreement."""
         if np.isnan(self.stored) and np.isnan(self.found) and self.meaning:
             return f"{self.quantity}: {self.meaning}"
+        if np.isnan(self.stored) and self.meaning:
+            return f"{self.quantity} is {self.found:.7g}, where {self.allowed:.2e} is allowed: {self.meaning}"
         return (
             f"{self.quantity} is {self.found:.7g}, and {self.stored:.7g} is stored or asked for: "
             f"off by {self.off:.2e}, where {self.allowed:.2e} is allowed{self.meaning and ': '}{self.meaning}"
@@ -62,7 +64,7 @@ class Check(NamedTuple):
 def minimum(lowest: float) -> Check:
     """Check that the lowest eigenvalue of a Hessian is not negative."""
     saddle = "the energy falls along a displacement, so that this is a saddle point"
-    return Check("curvature", 0.0, lowest, max(-lowest, 0.0), 0.0, saddle)
+    return Check("curvature", np.nan, lowest, max(-lowest, 0.0), 0.0, saddle)
 
 
 def same_text(quantity: str, stored: object, expected: object) -> Check:

@@ -86,7 +86,7 @@ def test_an_atom_that_was_moved_is_told(stairs: Path, tmp_path: Path, capsys: py
     words[place] = repr(float(words[place]) + 1e-4)
     lines[9] = " ".join(words)
     state.write_text("\n".join(lines) + "\n")
-    assert any("step 2: largest force is" in fault for fault in a.read(forged).certify().faults)
+    assert any("step 2: recomputed largest force is" in fault for fault in a.read(forged).certify().faults)
     assert main(["read", str(forged), "--certify", "-o", str(tmp_path / "results")]) == 1
     assert "largest force" in capsys.readouterr().err
 

@@ -54,7 +54,7 @@ def test_states_of_every_law_are_sound_stored_or_found_again(name: str, fields: 
     assert all(point.again is not fields for point in found.points)
     if not fields and wall["law"] == "lennard-jones-spline":
         for point in found.points:  # in double precision: rounding of transforms and differences
-            assert point.found_of("residual of the gap") == pytest.approx(point.point.residual, rel=1e-2)
+            assert point.found_of("recomputed residual") == pytest.approx(point.point.residual, rel=1e-2)
             assert point.found_of("load") == pytest.approx(point.point.load, abs=1e-12)
 
 
