@@ -18,7 +18,7 @@ LONGEST = {
     "law": 785, "model": 635, "response": 460, "argument": 390,
     "limits": 435, "maps": 755, "paper": 1030, "paths": 720, "peers": 760,
     "predict": 1120, "solver": 879, "start": 165, "substrates": 375, "sweeps": 882, "trust": 265,
-    "tutorials/atoms": 417, "tutorials/deck": 120, "tutorials/indent": 148, "tutorials/map": 478,
+    "tutorials/atoms": 405, "tutorials/deck": 120, "tutorials/indent": 148, "tutorials/map": 478,
     "tutorials/script": 347, "tutorials/copper": 212, "tutorials/film": 319, "tutorials/sweep": 266,
     "tutorials/validate": 277, "validation": 680, "view": 290,
 }  # fmt: skip
