@@ -318,8 +318,6 @@ def render(deck: Deck) -> dict[str, str]:
         "units": model.units,
         "length": model.length,
         "reduced_force": model.energy / model.length,
-        "of_length": " Angstrom" if model.units == "metal" else "",
-        "of_force": " eV/Angstrom" if model.units == "metal" else "",
         "force": area * model.energy / model.length,
         "energy": area * model.energy,
         "element": " ".join(model.elements),

@@ -53,12 +53,12 @@ def validation_statements(config: ValidateConfig, stored: Archive, verdicts: Seq
     states, cases = stored.columns["evaluations"].size, stored.columns["case"].tolist()
     systems = len(set(zip(cases, *(stored.columns[name].tolist() for name in ("rms_slope", "seed")), strict=True)))
     judges = list(dict.fromkeys(verdict.reason for verdict in verdicts if verdict.step in STEPS))
-    judged = [f"Bounds: {judges[0]}" + (f"; {len(judges) - 1} more reasons in the tables" if judges[1:] else "")]
+    others = f"; {len(judges) - 1} more reasons in the tables" if judges[1:] else ""
     return [
         *found,
         f"Load of the half-space against that of atoms: {100 * worst.load['total']:.1f} % of N_rep + N_att at worst, "
         f"in {worst.case} at h'rms = {worst.rms_slope:g}",
-        *(judged if judges else []),
+        *(f"Bounds: {reason}{others}" for reason in judges[:1]),
         f"Looked at: {states} equilibria of atoms in {systems} systems of {len(set(cases))} cases; tables with -v",
     ]
 

@@ -437,6 +437,7 @@ def test_the_answer_names_the_worst_states_in_at_most_ten_lines(
     assert nearest.state in good[1]
     assert f"{100 * np.abs(columns['total_gross_load']).max():.1f} % of N_rep + N_att" in good[2]
     assert good[3].startswith("Bounds: ")
+    assert not any(one.startswith("Bounds: ") for one in validation_statements(config, stored, []))
     assert f"{columns['evaluations'].size} equilibria" in good[4]
     # A file of an earlier version has no checks.
     older = {name: values for name, values in columns.items() if not name.startswith("check_")}
