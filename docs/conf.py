@@ -19,8 +19,9 @@ from docs.from_source import pages
 
 
 def _style(*_: object) -> None:
-    """Each script of the gallery begins in the style of the project."""
+    """Each script of the gallery begins in the style of the project; its figures are drawn for a screen."""
     plt.style.use("continuum.show.stickiness")
+    plt.rcParams["savefig.dpi"] = 114  # a figure of 7 inches fills the column
 
 
 HERE = Path(__file__).parent
@@ -36,6 +37,7 @@ sphinx_gallery_conf = {
     "within_subsection_order": "FileNameSortKey",
     "write_computation_times": False,
     "download_all_examples": False,
+    "image_srcset": ["2x"],
     "show_signature": False,
     "min_reported_time": 10**9,  # seconds: no page shows how long it took on the machine that built it
     "capture_repr": (),
@@ -216,7 +218,7 @@ def _mathml(text: str, display: str = "inline") -> str:
 
     A prime follows its letter at full size: raised as an exponent it can hardly be seen.
     """
-    primed = re.sub(r"(\\[A-Za-z]+|[A-Za-z])('+)", lambda found: f"{{{found[1]}{len(found[2]) * _PRIME}}}", text)
+    primed = re.sub(r"(\\[A-Za-z]+|[A-Za-zα-ωΑ-Ω])('+)", lambda found: f"{{{found[1]}{len(found[2]) * _PRIME}}}", text)
     made = convert(primed, display=display)
     found = re.sub(r"<mi>(&#x02032;)</mi>", r'<mo class="prime" lspace="0" rspace="0">\1</mo>', made)
     return found.replace("<mo>&#x0002F;</mo>", '<mo lspace="0" rspace="0">&#x0002F;</mo>')

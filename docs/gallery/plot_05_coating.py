@@ -19,7 +19,8 @@ for name, factor in (("stiff film, 2 $a_0$", 10.0), ("compliant film, 2 $a_0$", 
 figure, axis = plt.subplots()
 for (name, body), marker in zip(bodies.items(), "osv", strict=True):
     contact = c.Contact(heights, wall=c.HardWall(), substrate=body)
-    states = [state for state in contact.path(area=[0.02, 0.05, 0.1, 0.2]) if state.converged]
+    states = [state.require() for state in contact.path(mean_gap=[0.6, 0.5, 0.4, 0.3, 0.2])]
     axis.plot([one.load for one in states], [one.area_rep for one in states], marker + "-", mfc="none", label=name)
-axis.set(xscale="log", xlabel="load $N/(E^*A_0)$", ylabel=r"repulsive area $A_\mathrm{rep}/A_0$", ylim=(0, None))
+axis.set(xscale="log", xlim=(1e-4, 1e-2), ylim=(0, None))
+axis.set(xlabel="load $N/(E^*A_0)$", ylabel=r"repulsive area $A_\mathrm{rep}/A_0$")
 axis.legend()
