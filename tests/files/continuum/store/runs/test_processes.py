@@ -65,13 +65,44 @@ def test_two_processes_write_the_file_of_one_bit_for_bit(tmp_path: Path) -> None
         assert [each.returncode for each in running] == [0] * size, said
         assert ["result" in each for each in said] == [True, False][:size]
         files.append(folder / "shared.h5")
-    with h5py.File(files[0]) as one, h5py.File(files[1]) as two:
-        names = [name for name in one if isinstance(one[name], h5py.Dataset)]
-        assert {"gap", "repulsive", "load"} < set(names) == {n for n in two if isinstance(two[n], h5py.Dataset)}
+    assert {"gap", "repulsive", "load"} < same_bits(*files)
+
+
+def same_bits(one: Path, two: Path) -> set[str]:
+    """Datasets of two finished files of one run, which have the same bits."""
+    with h5py.File(one) as first, h5py.File(two) as second:
+        names = {name for name in first if isinstance(first[name], h5py.Dataset)}
+        assert names == {name for name in second if isinstance(second[name], h5py.Dataset)}
         for name in names:
-            np.testing.assert_array_equal(one[name][()], two[name][()], name)
-        assert one.attrs["finished"]
-        assert one.attrs["identity"] == two.attrs["identity"]
+            np.testing.assert_array_equal(first[name][()], second[name][()], name)
+        assert first.attrs["finished"]
+        assert second.attrs["finished"]
+        assert first.attrs["identity"] == second.attrs["identity"]
+    return names
+
+
+@needs_jax
+@pytest.mark.long
+def test_a_path_with_jumps_that_lost_a_process_continues_to_the_file_of_one(tmp_path: Path) -> None:
+    text = (ROOT / "inputs" / "smoke" / "path.toml").read_text()
+    folders = [tmp_path / name for name in ("one", "two")]
+    for folder in folders:
+        folder.mkdir()
+        (folder / "shared.toml").write_text(f'{text}\n[output]\nfields = true\n[solver]\ndevice = "jax"\nshards = 2\n')
+    assert begun(folders[0], 0, 1).wait(timeout=300) == 0
+    first, second = (begun(folders[1], rank, 2) for rank in range(2))
+    assert first.stdout is not None
+    said = next(line for line in first.stdout if "shared 1/5" in line)
+    second.kill()
+    said += first.communicate(timeout=300)[0]
+    assert first.returncode == 1, said
+    assert "process 0 of 2 has lost the others" in said
+    again = [begun(folders[1], rank, 2) for rank in range(2)]
+    said, _ = (each.communicate(timeout=300)[0] for each in again)
+    assert [each.returncode for each in again] == [0, 0], said
+    assert "were stored before" in said
+    assert "jump-out" in said
+    same_bits(*(folder / "shared.h5" for folder in folders))
 
 
 def test_processes_that_were_started_together_are_known_by_their_launcher() -> None:
