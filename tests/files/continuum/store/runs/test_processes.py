@@ -89,11 +89,14 @@ def test_a_path_with_jumps_that_lost_a_process_continues_to_the_file_of_one(tmp_
     for folder in folders:
         folder.mkdir()
         (folder / "shared.toml").write_text(f'{text}\n[output]\nfields = true\n[solver]\ndevice = "jax"\nshards = 2\n')
-    assert begun(folders[0], 0, 1).wait(timeout=300) == 0
+    alone = begun(folders[0], 0, 1)
+    said = alone.communicate(timeout=300)[0]
+    assert alone.returncode == 0, said
     first, second = (begun(folders[1], rank, 2) for rank in range(2))
     assert first.stdout is not None
     said = next(line for line in first.stdout if "shared 1/5" in line)
     second.kill()
+    second.communicate(timeout=60)
     said += first.communicate(timeout=300)[0]
     assert first.returncode == 1, said
     assert "process 0 of 2 has lost the others" in said
