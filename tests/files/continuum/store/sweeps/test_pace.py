@@ -1,5 +1,6 @@
 """Time of a sweep, from the systems that have ended."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -144,5 +145,6 @@ def test_check_measures_only_if_asked_and_leaves_nothing(tmp_path: Path, monkeyp
     swept = {**ONE, "sweep": {"axes": {"surface.seed": [1, 2], "grid.n": [16, 24]}}}
     rows = {row[0]: row[1] for row in c.check(swept, measure=True).sheet.rows}
     assert 0 < float(rows["the cheapest system took"]) < 60
-    assert "to" in rows["all of them, on one core"]
+    # Which form the range takes depends on how fast and how busy the machine is.
+    assert re.fullmatch(r"less than 1 s|(up to|about) \d.*|\d.* to \d.*", rows["all of them, on one core"])
     assert not list(tmp_path.iterdir())
