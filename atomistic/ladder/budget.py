@@ -79,7 +79,7 @@ def checks_of(
     """
     model = specimen.model
     limits = _limits(specimen.response.force_constants)
-    reason = "of long waves, both have the elastic constants of the crystal; with room for extrapolation"
+    reason = "for long waves, both have the elastic constants of the crystal; with room for extrapolation"
     cubic = (_of_rung("crystal", model.elastic_constants) / limits)[[0, 2]]
     found = [
         LadderCheck(

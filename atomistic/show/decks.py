@@ -446,9 +446,9 @@ def trace_sheet(trace: WallTrace) -> Sheet:
             except ArgumentError:  # without a load there is none
                 continue
     columns = ("quantity", Column("mean"), Column("±"), "least", "largest", "unit")
-    notes = ["Of all samples, the approach too: in Python `a.read_trace(FILE).after(STEP)` leaves the first steps out."]
+    notes = ["The approach is included; in Python `a.read_trace(FILE).after(STEP)` leaves out the first steps."]
     if any(row[0] == "temperature" for row in rows):
-        notes.append("Temperature: of all atoms, those held at rest too, which lower it.")
+        notes.append("The temperature includes the atoms that are held at rest, which lower it.")
     return Sheet.of(f"{trace.samples} samples of the wall", columns, rows, "\n".join(notes))
 
 
